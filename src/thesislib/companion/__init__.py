@@ -1,0 +1,3 @@
+"""Chapters as data: run them, record what they show, check it, list it, build the site."""
+
+__all__: list[str] = []
