@@ -1,0 +1,170 @@
+"""Figures 4.6 and 4.8 of the thesis: the lap on the map.
+
+Maps are drawn in SAE ground axes, x east and y south, with y downwards: north is up.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import FancyArrowPatch
+
+from .channels import Array, Lap, along_lap, beside, speed, whole_lap
+from .style import (
+    BLACK,
+    GREEN,
+    GREY,
+    LIGHT,
+    MPS_TO_KMH,
+    SPEED_COLOURS,
+    VERMILION,
+    Corner,
+    picture,
+    styled,
+)
+
+
+def ground_axes(axes: Axes) -> None:
+    """Make `axes` a map in SAE ground axes with north up and one scale both ways."""
+    axes.set_aspect("equal")
+    if not axes.yaxis_inverted():
+        axes.invert_yaxis()
+    axes.set_xlabel("x, east (m)")
+    axes.set_ylabel("y, south (m)")
+
+
+@styled
+def racing_line(lap: Lap, corners: Sequence[Corner] | None = None) -> Figure:
+    """Figure 4.6: the racing line on the map, coloured by speed, with the corners' distances.
+
+    Parameters
+    ----------
+    lap : Lap
+    corners : sequence of (number, distance in m, direction), optional
+        Corners to name, with their distance from the start line.
+    """
+    figure = picture(6.3)
+    axes = figure.add_subplot()
+    s = np.linspace(0.0, lap.track.length, 1500)
+    axes.plot(*beside(lap.track, s, 0.0), color=LIGHT, linewidth=7.0, solid_joinstyle="round", zorder=1)
+    s, n = whole_lap(lap, lap["n"])
+    x, y = beside(lap.track, s, n)
+    kmh = MPS_TO_KMH * whole_lap(lap, speed(lap))[1]
+    points = np.column_stack((x, y))
+    line = LineCollection(
+        np.stack((points[:-1], points[1:]), axis=1).tolist(),
+        cmap=SPEED_COLOURS,
+        linewidths=3.0,
+        capstyle="round",
+        zorder=2,
+    )
+    line.set_array(0.5 * (kmh[:-1] + kmh[1:]))
+    axes.add_collection(line)
+    start = _start_line(axes, lap)
+    ground_axes(axes)
+    axes.margins(0.1)
+    _corner_names(axes, lap, corners or (), start)
+    bar = figure.colorbar(line, ax=axes, location="bottom", shrink=0.7, aspect=32, pad=0.02)
+    bar.set_label("speed (km/h)")
+    return figure
+
+
+def _place(lap: Lap, s: float, n: float) -> Array:
+    """Map coordinates (2,) of the point at s and n, in m."""
+    return np.concatenate(beside(lap.track, np.array([s]), np.array([n])))
+
+
+def _start_line(axes: Axes, lap: Lap) -> Array:
+    """Draw the start line and an arrow the way the lap is driven; return where its name stands."""
+    size = 0.01 * lap.track.length
+    across = np.stack((_place(lap, 0.0, -0.6 * size), _place(lap, 0.0, 0.6 * size)))
+    axes.plot(across[:, 0], across[:, 1], color=BLACK, linewidth=2.0, zorder=3)
+    tail, tip = _place(lap, 0.0, size), _place(lap, 3.0 * size, size)
+    ends = (float(tail[0]), float(tail[1])), (float(tip[0]), float(tip[1]))
+    axes.add_patch(FancyArrowPatch(*ends, arrowstyle="-|>", mutation_scale=12, color=BLACK))
+    name = _place(lap, 0.0, -1.7 * size)
+    axes.annotate("start", (name[0], name[1]), ha="center", va="center", fontsize=9.5)
+    return name
+
+
+def _corner_names(axes: Axes, lap: Lap, corners: Sequence[Corner], start: Array) -> None:
+    """Name corners beside the road, each where it covers the road and earlier names least."""
+    length = lap.track.length
+    road = np.column_stack(beside(lap.track, np.linspace(0.0, length, 800), 0.0))
+    low, high = road.min(axis=0) - 0.012 * length, road.max(axis=0) + 0.012 * length
+    half = np.array([0.0135, 0.0088]) * length  # half of a name's width and height, on the map
+    names = [start]
+    angles = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+    ring = np.column_stack((np.cos(angles), np.sin(angles)))
+    for number, s, _ in corners:
+        here = _place(lap, s, 0.0)
+        spots = np.concatenate([here + radius * length * ring for radius in (0.017, 0.022, 0.028, 0.036)])
+        on_road = np.all(np.abs(road[None] - spots[:, None]) < 1.15 * half, axis=2).sum(axis=1)
+        on_names = np.all(np.abs(np.array(names)[None] - spots[:, None]) < 2.0 * half, axis=2).sum(axis=1)
+        outside = np.any((spots < low) | (spots > high), axis=1)
+        distance = np.linalg.norm(spots - here, axis=1) / length
+        best = spots[np.argmin(on_road + 40.0 * on_names + 40.0 * outside + 150.0 * distance)]
+        names.append(best)
+        axes.annotate(
+            f"{number}\n{s:.0f} m",
+            (here[0], here[1]),
+            xytext=(best[0], best[1]),
+            ha="center",
+            va="center",
+            fontsize=8.5,
+            linespacing=0.95,
+            arrowprops={"arrowstyle": "-", "color": GREY, "linewidth": 0.6, "shrinkA": 0, "shrinkB": 3},
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
+        )
+
+
+@styled
+def mesh_on_map(lap: Lap, *, from_m: float = 3000.0, to_m: float = 4500.0) -> Figure:
+    """Figure 4.8: mesh and collocation points on the racing line of one part of the lap.
+
+    Parameters
+    ----------
+    from_m, to_m : float
+        Part of the lap, in m along the centre line.
+
+    Raises
+    ------
+    ValueError
+        If the part is empty or leaves the lap.
+    """
+    length = lap.track.length
+    if not 0.0 <= from_m < to_m <= length:
+        raise ValueError(f"a part of the lap from {from_m} to {to_m} m must lie within 0 .. {length} m")
+    figure = picture(6.0)
+    axes = figure.add_subplot()
+    centre = np.linspace(from_m, to_m, 800)
+    axes.plot(*beside(lap.track, centre, 0.0), color=GREEN, linewidth=1.0, label="centre line")
+    inside = (lap.s >= from_m) & (lap.s <= to_m)
+    axes.plot(
+        *beside(lap.track, lap.s[inside], lap["n"][inside]),
+        ".",
+        color=BLACK,
+        markersize=2.5,
+        label=f"{np.count_nonzero(inside)} collocation points",
+    )
+    mesh = lap.mesh_points[(lap.mesh_points >= from_m) & (lap.mesh_points <= to_m)]
+    axes.plot(
+        *beside(lap.track, mesh, along_lap(lap, lap["n"], mesh)),
+        "o",
+        color=VERMILION,
+        markerfacecolor="none",
+        markersize=5.0,
+        markeredgewidth=0.9,
+        label=f"{mesh.size} mesh points",
+    )
+    ground_axes(axes)
+    for s in np.arange(np.ceil(from_m / 250.0) * 250.0, to_m + 1.0, 250.0):
+        x, y = _place(lap, float(s), -0.006 * length)
+        axes.annotate(f"{s:.0f} m", (float(x), float(y)), fontsize=9, ha="center", va="center", color=GREY)
+    axes.margins(0.06)
+    axes.legend(loc="best", frameon=True, markerscale=1.4)
+    return figure

@@ -1,0 +1,156 @@
+"""Colours, sizes and the few habits that every drawing of the book shares.
+
+The colours are those of Okabe and Ito, which stay apart for colour-blind readers; front and rear,
+left and right keep theirs from figure to figure. Pictures are made without pyplot, so that no figure
+lives on in a global list, and they show themselves in a notebook without a back end.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Sequence
+from typing import Final
+
+import numpy as np
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+
+BLACK: Final = "#000000"
+BLUE: Final = "#0072B2"
+SKY: Final = "#56B4E9"
+GREEN: Final = "#009E73"
+ORANGE: Final = "#E69F00"
+VERMILION: Final = "#D55E00"
+PURPLE: Final = "#CC79A7"
+GREY: Final = "#767676"
+LIGHT: Final = "#D9D9D9"
+
+FRONT: Final = BLUE
+REAR: Final = VERMILION
+WHEELS: Final = {"fl": BLUE, "fr": SKY, "rl": VERMILION, "rr": ORANGE}
+"""Colour of each wheel: the front axle in blues, the rear axle in reds, left the darker one."""
+
+WIDTH: Final = 6.4
+"""Width of a figure in inches; with the letters below they are still 10 pixels high at 500 px."""
+
+DPI: Final = 200
+"""Points per inch of a figure in a page: sharp on a screen of twice the usual density."""
+
+SPEED_COLOURS: Final = LinearSegmentedColormap.from_list(
+    "speed", ["#2B1055", BLUE, GREEN, ORANGE, "#F5D033"], N=256
+)
+"""Slow dark, fast light: lightness rises along the map, so that it also reads in grey."""
+
+MPS_TO_KMH: Final = 3.6
+
+Corner = tuple[int, float, str]
+"""A corner as ``(number, distance in m, "R" or "L")``."""
+
+styled = rc_context(
+    {
+        "font.size": 11.0,
+        "axes.labelsize": 11.0,
+        "axes.titlesize": 11.0,
+        "xtick.labelsize": 10.0,
+        "ytick.labelsize": 10.0,
+        "legend.fontsize": 10.0,
+        "legend.frameon": False,
+        "legend.handlelength": 1.6,
+        "legend.columnspacing": 1.2,
+        "axes.spines.top": False,
+        "axes.spines.right": False,
+        "axes.grid": True,
+        "axes.axisbelow": True,
+        "grid.color": "#E6E6E6",
+        "grid.linewidth": 0.7,
+        "lines.linewidth": 1.5,
+        "figure.facecolor": "white",
+    }
+)
+"""Decorator: draw under the book's style and leave matplotlib's own settings as they were."""
+
+
+class Picture(Figure):
+    """A figure that shows itself as PNG in a notebook, at :data:`DPI`, on white.
+
+    Notebooks learn to show matplotlib's figures only when pyplot is imported; this one needs neither
+    pyplot nor a back end.
+    """
+
+    def _repr_png_(self) -> bytes:
+        buffer = io.BytesIO()
+        self.savefig(buffer, format="png", dpi=DPI)
+        return buffer.getvalue()
+
+
+def picture(height: float, *, width: float = WIDTH) -> Picture:
+    """An empty figure whose parts find room by themselves.
+
+    Parameters
+    ----------
+    height, width : float
+        Size in inches.
+    """
+    return Picture(figsize=(width, height), layout="constrained")
+
+
+def distance_axis(axes: Axes, length: float, corners: Sequence[Corner] | None = None) -> None:
+    """Make the abscissa of `axes` one lap of `length` metres, corner numbers on top.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Axes whose abscissa is the centre-line distance s in m.
+    length : float
+        Length of the lap in m.
+    corners : sequence of (number, distance in m, direction), optional
+        Corners to mark by a thin line and their number.
+    """
+    axes.set_xlim(0.0, length)
+    axes.set_xlabel("distance along the centre line, s (m)")
+    corner_numbers(axes, length, corners)
+
+
+def corner_numbers(
+    axes: Axes, length: float, corners: Sequence[Corner] | None, *, labels: bool = True
+) -> None:
+    """Mark corners by thin upright lines and, with `labels`, their numbers above the axes.
+
+    Numbers that would touch their neighbour go to a second row.
+
+    Raises
+    ------
+    ValueError
+        If a corner lies off the lap.
+    """
+    row, last = 0, -np.inf
+    for number, s, _ in sorted(corners or (), key=lambda corner: corner[1]):
+        if not 0.0 <= s <= length:
+            raise ValueError(f"corner {number} lies at {s} m, outside the lap of 0 .. {length} m")
+        axes.axvline(s, color=LIGHT, linewidth=0.7, zorder=0.5)
+        row = 1 - row if s - last < 0.04 * length else 0
+        last = s
+        if labels:
+            axes.annotate(
+                str(number),
+                (s, 1.0),
+                xycoords=axes.get_xaxis_transform(),
+                xytext=(0.0, 2.0 + 10.0 * row),
+                textcoords="offset points",
+                ha="center",
+                va="bottom",
+                fontsize=9.0,
+                color=GREY,
+            )
+
+
+def legend_above(axes: Axes, *, columns: int = 4, corners: Sequence[Corner] | None = None) -> None:
+    """Put the legend above the axes, clear of the corner numbers, where it covers no curve."""
+    axes.legend(
+        loc="lower left",
+        bbox_to_anchor=(0.0, 1.12 if corners else 1.0),
+        ncols=columns,
+        borderaxespad=0.2,
+    )
