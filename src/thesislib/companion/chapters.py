@@ -16,23 +16,34 @@ import functools
 import re
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import yaml
+from markdown_it import MarkdownIt
 
 from thesislib import provenance
 
-__all__ = ["WALL_LIMIT_S", "Chapter", "InputError", "chapter", "chapters"]
+__all__ = ["WALL_LIMIT_S", "Chapter", "CodeCell", "InputError", "chapter", "chapters"]
 
 WALL_LIMIT_S = 600.0
 """Wall-clock limit of a chapter whose front matter names none, s."""
 
 _FRONT_MATTER = re.compile(r"\A---[ \t]*\n(.*?)\n---[ \t]*\n", re.DOTALL)
+_CODE_CELL = re.compile(r"\{code-cell\}")
+_OPTIONS_BLOCK = re.compile(r"\A---[ \t]*\n(?P<yaml>.*?)\n?---[ \t]*(?:\n|\Z)", re.DOTALL)
+_OPTIONS_LINES = re.compile(r"\A(?P<yaml>(?::[\w-]+:.*(?:\n|\Z))+)")
 _HEADING = re.compile(r"^# +(.+?)\s*$", re.MULTILINE)
 
 
 class InputError(ValueError):
     """Input that is refused, with one sentence that says why (exit status 2)."""
+
+
+@dataclass(frozen=True)
+class CodeCell:
+    """One code cell of a chapter: its source, without white space at its end, and its tags."""
+
+    source: str
+    tags: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -80,20 +91,22 @@ class Chapter:
         return self.root / "_build" / "executed" / f"{self.stem}.ipynb"
 
     @functools.cached_property
-    def notebook(self) -> Any:
-        """The chapter as an `nbformat` notebook without outputs."""
-        import jupytext  # takes a third of a second, and finding chapters does not need it
+    def cells(self) -> tuple[CodeCell, ...]:
+        """The code cells, in order.
 
-        return jupytext.reads(self.text, fmt="md:myst")
+        Read with the Markdown parser alone: a refusal need not wait for the notebook libraries.
+        """
+        fences = (token for token in MarkdownIt("commonmark").parse(self.text) if token.type == "fence")
+        return tuple(
+            _code_cell(token.content, self.path)
+            for token in fences
+            if token.level == 0 and _CODE_CELL.match(token.info)
+        )
 
     @property
     def code(self) -> tuple[str, ...]:
-        """Sources of the code cells, in order, without white space at line and cell ends."""
-        return tuple(
-            "\n".join(line.rstrip() for line in cell.source.strip().splitlines())
-            for cell in self.notebook.cells
-            if cell.cell_type == "code"
-        )
+        """Sources of the code cells, in order."""
+        return tuple(cell.source for cell in self.cells)
 
 
 def chapters(root: Path | None = None) -> list[Chapter]:
@@ -172,6 +185,22 @@ def _read(path: Path) -> Chapter | None:
     return Chapter(_id(entry["chapter"], path), path, str(title), _wall_limit(entry, path), text)
 
 
+def _code_cell(content: str, path: Path) -> CodeCell:
+    """Split a code cell into its options (a YAML block or lines ``:tags: [...]``) and its source."""
+    found = _OPTIONS_BLOCK.match(content) or _OPTIONS_LINES.match(content)
+    if found is None:
+        return CodeCell(content.strip("\n").rstrip(), ())
+    options = re.sub(r"^:([\w-]+):", r"\1:", found["yaml"], flags=re.MULTILINE)
+    try:
+        read = yaml.safe_load(options) or {}
+    except yaml.YAMLError as error:
+        raise InputError(f"A code cell of {path.name} has options that are not YAML: {error}") from error
+    tags = read.get("tags", [])
+    if not isinstance(tags, list):
+        tags = [tags]
+    return CodeCell(content[found.end() :].strip("\n").rstrip(), tuple(str(tag) for tag in tags))
+
+
 def _id(value: object, path: Path) -> str:
     if not isinstance(value, str) or not re.fullmatch(r"\d\d|[A-Z]", value):
         raise InputError(
@@ -179,7 +208,9 @@ def _id(value: object, path: Path) -> str:
         )
     named = f"appendix_{value.lower()}" if value.isalpha() else value
     if path.stem != named and not path.stem.startswith(f"{named}_"):
-        raise InputError(f"{path.name} says it is chapter {value!r}; its file name must begin with {named!r}.")
+        raise InputError(
+            f"{path.name} says it is chapter {value!r}: its file name must start with {named!r}."
+        )
     return value
 
 
