@@ -1,3 +1,5 @@
 """Chapters as data: run them, record what they show, check it, list it, build the site."""
 
-__all__: list[str] = []
+from thesislib.companion.records import Record, Series
+
+__all__ = ["Record", "Series"]
