@@ -1,0 +1,6 @@
+"""Roads: centre lines, their files, and smoother or rougher variants of them."""
+
+from thesislib.roads.centreline import CentreLine, Closure
+from thesislib.roads.reading import RoadFileError, load, names
+
+__all__ = ["CentreLine", "Closure", "RoadFileError", "load", "names"]
