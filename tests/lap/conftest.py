@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
+from scipy.ndimage import gaussian_filter1d
 
 
 class SyntheticTrack:
@@ -52,7 +53,7 @@ class SyntheticLap:
 
     def _all_channels(self, curvature):
         wave = 2.0 * np.pi * self.s / self.track.length
-        u = np.clip(np.sqrt(32.0 / (np.abs(curvature) + 32.0 / 86.0**2)), 22.0, 86.0)
+        u = gaussian_filter1d(np.sqrt(32.0 / (np.abs(curvature) + 32.0 / 86.0**2)), 12.0, mode="wrap")
         a_x = u * np.gradient(u, self.s)
         a_y = np.clip(u**2 * curvature, -35.0, 35.0)
         drive = 660.0 * a_x + 0.57 * 1.5 * u**2

@@ -96,7 +96,9 @@ def picture(height: float, *, width: float = WIDTH) -> Picture:
     return Picture(figsize=(width, height), layout="constrained")
 
 
-def distance_axis(axes: Axes, length: float, corners: Sequence[Corner] | None = None) -> None:
+def distance_axis(
+    axes: Axes, length: float, corners: Sequence[Corner] | None = None, *, clear: float = 0.033
+) -> None:
     """Make the abscissa of `axes` one lap of `length` metres, corner numbers on top.
 
     Parameters
@@ -107,31 +109,49 @@ def distance_axis(axes: Axes, length: float, corners: Sequence[Corner] | None = 
         Length of the lap in m.
     corners : sequence of (number, distance in m, direction), optional
         Corners to mark by a thin line and their number.
+    clear : float
+        As in :func:`corner_numbers`.
     """
     axes.set_xlim(0.0, length)
     axes.set_xlabel("distance along the centre line, s (m)")
-    corner_numbers(axes, length, corners)
+    corner_numbers(axes, length, corners, clear=clear)
 
 
 def corner_numbers(
-    axes: Axes, length: float, corners: Sequence[Corner] | None, *, labels: bool = True
+    axes: Axes,
+    length: float,
+    corners: Sequence[Corner] | None,
+    *,
+    labels: bool = True,
+    clear: float = 0.033,
 ) -> None:
     """Mark corners by thin upright lines and, with `labels`, their numbers above the axes.
 
-    Numbers that would touch their neighbour go to a second row.
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Axes whose abscissa is the centre-line distance in m.
+    length : float
+        Length of the lap in m.
+    corners : sequence of (number, distance in m, direction), optional
+    labels : bool
+        Whether the numbers are written, or the lines drawn only.
+    clear : float
+        Room that a number needs, as a share of the lap; a number without it goes to the next row.
 
     Raises
     ------
     ValueError
         If a corner lies off the lap.
     """
-    row, last = 0, -np.inf
+    ends: list[float] = []
     for number, s, _ in sorted(corners or (), key=lambda corner: corner[1]):
         if not 0.0 <= s <= length:
             raise ValueError(f"corner {number} lies at {s} m, outside the lap of 0 .. {length} m")
+        row = next((row for row, end in enumerate(ends) if s >= end), len(ends))
+        ends[row : row + 1] = [s + clear * length]
         axes.axvline(s, color=LIGHT, linewidth=0.7, zorder=0.5)
         row = 1 - row if s - last < 0.04 * length else 0
-        last = s
         if labels:
             axes.annotate(
                 str(number),
@@ -146,11 +166,24 @@ def corner_numbers(
             )
 
 
-def legend_above(axes: Axes, *, columns: int = 4, corners: Sequence[Corner] | None = None) -> None:
-    """Put the legend above the axes, clear of the corner numbers, where it covers no curve."""
+def legend_above(
+    axes: Axes, *, columns: int = 4, corners: Sequence[Corner] | None = None, above_corners: float = 1.12
+) -> None:
+    """Put the legend above the axes, clear of the corner numbers, where it covers no curve.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+    columns : int
+        Entries side by side.
+    corners : sequence of corners, optional
+        Corners whose numbers stand above the axes.
+    above_corners : float
+        Height of the legend's foot in heights of the axes when there are corner numbers.
+    """
     axes.legend(
         loc="lower left",
-        bbox_to_anchor=(0.0, 1.12 if corners else 1.0),
+        bbox_to_anchor=(0.0, above_corners if corners else 1.0),
         ncols=columns,
         borderaxespad=0.2,
     )
