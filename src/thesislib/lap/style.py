@@ -11,7 +11,6 @@ import io
 from collections.abc import Sequence
 from typing import Final
 
-import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap
@@ -151,7 +150,6 @@ def corner_numbers(
         row = next((row for row, end in enumerate(ends) if s >= end), len(ends))
         ends[row : row + 1] = [s + clear * length]
         axes.axvline(s, color=LIGHT, linewidth=0.7, zorder=0.5)
-        row = 1 - row if s - last < 0.04 * length else 0
         if labels:
             axes.annotate(
                 str(number),
