@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
 import re
 import shutil
 import subprocess
@@ -169,13 +170,24 @@ def _stage(root: Path, pages: dict[Path, NotebookNode], staged: Path) -> None:
     shutil.copytree(root / "book", staged, ignore=not_copied)
     for name in _CONFIGURATION:
         shutil.copyfile(root / name, staged / name)
+    names = [path.stem for path in pages]
+    for prose in staged.glob("*.md"):
+        prose.write_text(_relinked(prose.read_text(encoding="utf-8"), names), encoding="utf-8")
+    for path, notebook in pages.items():
+        for cell in notebook.cells:
+            if cell.cell_type == "markdown":
+                cell.source = _relinked(cell.source, names)
+        nbformat.write(notebook, (staged / path.name).with_suffix(".ipynb"))
     extra = staged / site_assets.EXTRA
     site_assets.copy_mathjax(extra)
-    written = {path: nbformat.writes(notebook) for path, notebook in pages.items()}
-    for path, notebook in written.items():
-        (staged / path.name).with_suffix(".ipynb").write_text(notebook + "\n", encoding="utf-8")
-    if any(site_assets.PLOTLY in notebook for notebook in written.values()):
+    if any(site_assets.PLOTLY in nbformat.writes(notebook) for notebook in pages.values()):
         site_assets.copy_plotly(extra)
+
+
+def _relinked(text: str, chapter_names: list[str]) -> str:
+    """Let links to the chapters' texts, ``[lap](04_lap.md)``, lead to the notebooks in their place."""
+    names = "|".join(re.escape(name) for name in chapter_names)
+    return re.sub(rf"\]\(({names})\.md(?=[)#])", r"](\1.ipynb", text) if names else text
 
 
 def _content_hash(staged: Path, root: Path) -> str:
@@ -197,7 +209,13 @@ def _sphinx(staged: Path, work: Path) -> Path:
     command = [str(Path(sysconfig.get_path("scripts"), "jupyter-book")), "build"]
     command += ["-q", "-W", "-n", "--keep-going", str(staged), "--path-output", str(work)]
     done = subprocess.run(
-        command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, encoding="utf-8", check=False
+        command,
+        env={**os.environ, "NO_COLOR": "1"},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        encoding="utf-8",
+        check=False,
     )
     # Sphinx's own warnings set the exit status; those of its configuration are only printed.
     if done.returncode != 0 or "Warning:" in done.stdout:
