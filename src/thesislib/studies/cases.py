@@ -1,0 +1,287 @@
+"""Independent cases in worker processes.
+
+Workers are *spawned*, not forked: a fork copies a process in which CasADi, BLAS or the notebook kernel
+may hold locks in other threads, and the copy then waits for them for ever. A spawned worker imports
+what it needs, so the function of a study has to live in a module.
+
+A study computes one case in the slot its caller already holds and takes further slots as they become
+free (`thesislib.studies.slots`). Each worker stores its case at once, so a study that was killed
+resumes where it was.
+"""
+
+from __future__ import annotations
+
+import inspect
+import logging
+import multiprocessing
+import os
+import signal
+import threading
+import time
+import traceback
+from collections import deque
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+from pathlib import Path
+from typing import Any
+
+from thesislib import provenance
+from thesislib.studies.slots import Slot, Slots, slots
+from thesislib.studies.store import Result, Value, entry, load, save
+
+__all__ = ["StudyError", "log_to_run", "run"]
+
+_POLL_S = 0.2
+_SPAWN = multiprocessing.get_context("spawn")
+
+
+class StudyError(RuntimeError):
+    """Some cases of a study failed.
+
+    Attributes
+    ----------
+    failures : dict of str to str
+        Traceback by the case's name.
+    """
+
+    def __init__(self, failures: Mapping[str, str], total: int) -> None:
+        self.failures = dict(failures)
+        last_lines = {name: text.strip().splitlines()[-1] for name, text in failures.items()}
+        said = "; ".join(f"case {name!r}: {line}" for name, line in last_lines.items())
+        super().__init__(f"{len(failures)} of {total} cases failed. {said}")
+        for name, text in failures.items():
+            self.add_note(f"Case {name!r}:\n{text}")
+
+
+def run(
+    cases: Mapping[str, Mapping[str, Any]],
+    function: Callable[..., Mapping[str, Value]],
+    *,
+    jobs: int | None = None,
+    store: bool = True,
+    key: Any = None,
+) -> dict[str, Result]:
+    """Compute independent cases side by side.
+
+    Parameters
+    ----------
+    cases : mapping of str to mapping
+        Keyword arguments of `function` by the case's name.
+    function : callable
+        Computes a case: a mapping of numbers, texts, booleans and arrays. It lives in a module.
+    jobs : int, optional
+        At most so many cases at a time; by default as many as there are slots.
+    store : bool
+        Whether finished cases are stored, and those stored earlier under the same key taken up.
+        ``THESIS_FRESH=1`` (``thesis run --again``) computes them anew all the same.
+    key : object, optional
+        What the results depend on besides the arguments, the sources and the data.
+
+    Returns
+    -------
+    dict of str to Result
+        The results in the order of the cases.
+
+    Raises
+    ------
+    StudyError
+        If cases failed: after the others have finished, naming each.
+    TypeError
+        If the function does not live in a module, or a case cannot be part of a key.
+    ValueError
+        If `jobs` is below 1.
+    """
+    if jobs is not None and jobs < 1:
+        raise ValueError(f"jobs = {jobs}; a study needs at least 1.")
+    study = _Study(_name(function), function, _files(cases, function, key) if store else {})
+    results = study.finished(cases)
+    study.compute({name: inputs for name, inputs in cases.items() if name not in results}, results, jobs)
+    if study.failures:
+        raise StudyError(study.failures, len(cases))
+    return {name: results[name] for name in cases}
+
+
+def log_to_run(prefix: str = "") -> None:
+    """Send this process's progress lines to the run's log, ``THESIS_LOG``, if it is in a run.
+
+    Parameters
+    ----------
+    prefix : str
+        Stands before each line; a study's worker names its case.
+    """
+    path = os.environ.get("THESIS_LOG")
+    if not path:
+        return
+    log = logging.getLogger("thesislib")
+    for handler in list(log.handlers):
+        log.removeHandler(handler)
+        handler.close()
+    handler = logging.FileHandler(path, mode="a", encoding="utf-8")
+    handler.setFormatter(logging.Formatter(prefix.replace("%", "%%") + "%(message)s"))
+    log.addHandler(handler)
+    log.setLevel(logging.INFO)
+    log.propagate = False  # nothing of it is for the page
+
+
+def _name(function: Callable[..., Any]) -> str:
+    module, name = getattr(function, "__module__", None), getattr(function, "__qualname__", "<locals>")
+    if module in (None, "__main__") or "<" in name:
+        raise TypeError(
+            f"The function of a study must be importable by a worker process; {function!r} does not live "
+            "at the top of a module."
+        )
+    return f"{module}.{name}"
+
+
+def _files(cases: Mapping[str, Mapping[str, Any]], function: Callable[..., Any], key: Any) -> dict[str, Path]:
+    """Return where each case is stored."""
+    source = provenance.source_hash() + provenance.file_hash(Path(inspect.getfile(function)))
+    called = _name(function)
+    return {
+        name: entry(f"{function.__name__} {name}", [called, dict(inputs), key], source)
+        for name, inputs in cases.items()
+    }
+
+
+@dataclass
+class _Worker:
+    """A worker process, its end of the pipe, the slot it works in (None: the caller's) and its case."""
+
+    process: BaseProcess
+    pipe: Connection
+    slot: Slot | None
+    case: str | None = None
+
+    def stop(self) -> None:
+        """End the process, whatever it does, and give its slot back."""
+        self.process.kill()
+        self.process.join()
+        self.pipe.close()
+        if self.slot is not None:
+            self.slot.release()
+
+
+class _Study:
+    def __init__(self, name: str, function: Callable[..., Any], files: Mapping[str, Path]) -> None:
+        self.name = name
+        self.function = function
+        self.files = files
+        self.failures: dict[str, str] = {}
+        self.workers: list[_Worker] = []
+
+    def finished(self, cases: Mapping[str, Any]) -> dict[str, Result]:
+        """Return the cases that are stored already."""
+        if os.environ.get("THESIS_FRESH") == "1":
+            return {}
+        found = {name: load(self.files[name]) for name in cases if name in self.files}
+        return {name: result for name, result in found.items() if result is not None}
+
+    def compute(
+        self, cases: Mapping[str, Mapping[str, Any]], results: dict[str, Result], jobs: int | None
+    ) -> None:
+        """Compute cases into `results` and `failures`."""
+        pool, pending = slots(), deque(cases)
+        limit = min(len(cases), jobs or pool.count)
+        try:
+            while pending or self.workers:
+                while pending and len(self.workers) < limit and self._start(pool):
+                    self._give(self.workers[-1], pending.popleft(), cases)
+                ready = wait([worker.pipe for worker in self.workers], timeout=_POLL_S)
+                for worker in [worker for worker in self.workers if worker.pipe in ready]:
+                    self._receive(worker, results)
+                    if worker.case is None and pending:
+                        self._give(worker, pending.popleft(), cases)
+                    elif worker.case is None:
+                        self._dismiss(worker)
+        finally:
+            for worker in list(self.workers):
+                self._dismiss(worker)
+
+    def _start(self, pool: Slots) -> bool:
+        """Start a worker in the caller's slot or, if that is taken, in a free one."""
+        slot = None
+        if any(worker.slot is None for worker in self.workers):
+            slot = pool.take()
+            if slot is None:
+                return False
+        ours, theirs = _SPAWN.Pipe()
+        process = _SPAWN.Process(target=_work, args=(theirs, self.function), name=self.name)
+        with _one_thread_each():
+            process.start()
+        theirs.close()
+        self.workers.append(_Worker(process, ours, slot))
+        return True
+
+    def _give(self, worker: _Worker, case: str, cases: Mapping[str, Mapping[str, Any]]) -> None:
+        worker.case = case
+        worker.pipe.send((case, dict(cases[case]), self.files.get(case)))
+
+    def _receive(self, worker: _Worker, results: dict[str, Result]) -> None:
+        """Take a worker's answer, or note that it died; a dead one is replaced by the next start."""
+        case = worker.case
+        assert case is not None, "only a worker with a case answers"
+        try:
+            values, seconds, used, failure = worker.pipe.recv()
+        except (EOFError, ConnectionResetError):
+            worker.process.join()
+            self.failures[case] = f"its process ended with exit code {worker.process.exitcode}"
+            self._dismiss(worker)
+            return
+        worker.case = None
+        provenance.merge(used)
+        if failure is None:
+            results[case] = Result(values, stored=False, seconds=seconds)
+        else:
+            self.failures[case] = failure
+
+    def _dismiss(self, worker: _Worker) -> None:
+        self.workers.remove(worker)
+        worker.stop()
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Have the processes started inside use one BLAS thread each, unless told otherwise."""
+    ours = {"OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"} - set(os.environ)
+    os.environ.update(dict.fromkeys(ours, "1"))
+    try:
+        yield
+    finally:
+        for name in ours:
+            del os.environ[name]
+
+
+def _work(pipe: Connection, function: Callable[..., Mapping[str, Value]]) -> None:
+    """Compute cases until the study ends; the body of a worker process."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the study's process answers Ctrl-C, for all
+    threading.Thread(target=_die_with_parent, daemon=True).start()
+    provenance.watch()
+    while True:
+        try:
+            case, inputs, file = pipe.recv()
+        except EOFError:  # the study's process is gone
+            return
+        log_to_run(f"{case}: ")
+        values: dict[str, Value] = {}
+        failure = None
+        started = time.perf_counter()
+        try:
+            values = dict(function(**inputs))
+            seconds = time.perf_counter() - started
+            if file is not None:
+                save(file, values, seconds)
+        except Exception:
+            seconds = time.perf_counter() - started
+            failure = traceback.format_exc()
+        pipe.send((values, seconds, provenance.usage(), failure))
+
+
+def _die_with_parent() -> None:
+    """End this process when the study's process dies, so that a killed run leaves nothing behind."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
