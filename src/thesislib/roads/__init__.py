@@ -2,5 +2,6 @@
 
 from thesislib.roads.centreline import CentreLine, Closure
 from thesislib.roads.reading import RoadFileError, load, names
+from thesislib.roads.smoothing import offsets, smoothed
 
-__all__ = ["CentreLine", "Closure", "RoadFileError", "load", "names"]
+__all__ = ["CentreLine", "Closure", "RoadFileError", "load", "names", "offsets", "smoothed"]

@@ -108,6 +108,10 @@ class CentreLine:
         """Return the curvature in 1/m at ``s`` in m, any shape, repeating with the lap."""
         return np.asarray(self._spline(np.mod(s, self.length)))
 
+    def curvature_rate(self, s: ArrayLike) -> Array:
+        """Return the derivative of the curvature in 1/m² at ``s`` in m, any shape."""
+        return np.asarray(self._spline(np.mod(s, self.length), 1))
+
     def curvature_function(self) -> casadi.Function:
         """Return the curvature as a casadi function s -> C, equal to `curvature` to rounding error.
 
@@ -143,13 +147,18 @@ class CentreLine:
         left = np.append(self.station_width_left, self.station_width_left[0])
         return np.interp(within, stations, right), np.interp(within, stations, left)
 
+    def end(self) -> tuple[float, float]:
+        """Return x and y in m after one lap; the start again, but for the gap of `closure`."""
+        x, y = self._station_positions
+        return float(x[-1]), float(y[-1])
+
     def closure(self) -> Closure:
         """Return how well the curvature table closes on itself after one lap."""
-        x, y = self._station_positions
+        x_end, y_end = self.end()
         turned = float(self._turning(self.length) - self._turning(0.0))
         turns = round(turned / (2 * np.pi))
         return Closure(
-            float(np.hypot(x[-1] - x[0], y[-1] - y[0])),
+            float(np.hypot(x_end - self.start[0], y_end - self.start[1])),
             turned - 2 * np.pi * turns,
             turns,
         )

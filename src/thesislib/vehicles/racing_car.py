@@ -177,8 +177,8 @@ class RacingCar:
         Returns
         -------
         dict
-            ``slowness`` S_f of (4.4), s/m; derivatives per metre ``dn_ds dxi_ds dv_ds du_ds domega_ds``, (4.5),
-            (4.6), (4.10)-(4.12); residuals ``vertical_balance`` (4.16) N, ``roll_balance`` (4.17) N m,
+            ``slowness`` S_f of (4.4), s/m; derivatives per metre ``dn_ds dxi_ds dv_ds du_ds domega_ds``,
+            (4.5), (4.6), (4.10)-(4.12); residuals ``vertical_balance`` (4.16) N, ``roll_balance`` (4.17) N m,
             ``pitch_balance`` (4.18) N m, ``roll_difference`` (4.19) rad, ``brake_difference`` (4.20) N,
             ``differential_balance`` (4.21) N m, and ``brake_ratio`` N if that reading is taken; ``power`` W
             delivered by the engine; ``h_f h_r`` m, ``phi_f phi_r beta`` rad, ``C_L_front C_L_rear C_D``,
