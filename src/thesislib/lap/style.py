@@ -116,6 +116,36 @@ def distance_axis(
     corner_numbers(axes, length, corners, clear=clear)
 
 
+def corner_rows(
+    corners: Sequence[Corner] | None, length: float, *, clear: float = 0.033
+) -> list[tuple[Corner, int]]:
+    """Corners in the order of the lap, each with the row, from 0, where its number has room.
+
+    Parameters
+    ----------
+    corners : sequence of (number, distance in m, direction), optional
+    length : float
+        Length of the lap in m.
+    clear : float
+        Room that a number needs, as a share of the lap.
+
+    Raises
+    ------
+    ValueError
+        If a corner lies off the lap.
+    """
+    ends: list[float] = []
+    rows = []
+    for corner in sorted(corners or (), key=lambda corner: corner[1]):
+        number, s, _ = corner
+        if not 0.0 <= s <= length:
+            raise ValueError(f"corner {number} lies at {s} m, outside the lap of 0 .. {length} m")
+        row = next((row for row, end in enumerate(ends) if s >= end), len(ends))
+        ends[row : row + 1] = [s + clear * length]
+        rows.append((corner, row))
+    return rows
+
+
 def corner_numbers(
     axes: Axes,
     length: float,
@@ -143,12 +173,7 @@ def corner_numbers(
     ValueError
         If a corner lies off the lap.
     """
-    ends: list[float] = []
-    for number, s, _ in sorted(corners or (), key=lambda corner: corner[1]):
-        if not 0.0 <= s <= length:
-            raise ValueError(f"corner {number} lies at {s} m, outside the lap of 0 .. {length} m")
-        row = next((row for row, end in enumerate(ends) if s >= end), len(ends))
-        ends[row : row + 1] = [s + clear * length]
+    for (number, s, _), row in corner_rows(corners, length, clear=clear):
         axes.axvline(s, color=LIGHT, linewidth=0.7, zorder=0.5)
         if labels:
             axes.annotate(
