@@ -136,6 +136,8 @@ def staleness(
         failed = failure(chapter)
         if failed is not None:
             return f"The last run of chapter {chapter.id} failed: {failed}"
+        if "notebook" in run and run["notebook"] != provenance.file_hash(chapter.executed):
+            return f"The executed notebook of chapter {chapter.id} is not that of its record."
     used = provenance.Usage(frozenset(then.modules), frozenset(then.data_files))
     now = ingredients(chapter, used, package=package)
     if now.hash == stored:

@@ -125,7 +125,7 @@ def parameters(chapter: Chapter) -> tuple[Parameter, ...]:
             statements = ast.parse(source).body
         except SyntaxError as error:
             raise InputError(
-                f"The parameters cell of {chapter.path.name} is not Python: {error.msg} in line {error.lineno}."
+                f"The parameters cell of {chapter.path.name} is not Python: {error.msg}, line {error.lineno}."
             ) from error
         lines = source.splitlines()
         for statement in statements:
@@ -144,7 +144,8 @@ def split_assignments(words: Sequence[str]) -> tuple[list[str], dict[str, str]]:
     InputError
         If a name stands twice.
     """
-    plain, assigned = [], {}
+    plain: list[str] = []
+    assigned: dict[str, str] = {}
     for word in words:
         name, equals, text = word.partition("=")
         if not equals:
@@ -192,10 +193,10 @@ def _parameter(statement: ast.stmt, lines: Sequence[str], file: str) -> Paramete
         raise InputError(f"{place}, which is not 'name: type = value' with type float, int, str or bool.")
     name, kind = statement.target.id, statement.annotation.id
     try:
-        default = ast.literal_eval(statement.value)
+        default: Value = ast.literal_eval(statement.value)
     except ValueError as error:
         raise InputError(f"{place}, whose value is not a plain constant.") from error
-    if kind == "float" and type(default) is int:
+    if kind == "float" and isinstance(default, int) and not isinstance(default, bool):
         default = float(default)
     if type(default) is not _TYPES[kind]:
         raise InputError(f"{place}, whose value is not of the type {kind}.")

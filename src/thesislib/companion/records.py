@@ -91,6 +91,8 @@ class Record:
         for name, curve in series.items():
             place = f"Figure {number}, series {name}"
             _check_name(name, _NAME, place)
+            if name == "picture":
+                raise RecordError(f"{place} has a name that is kept for the figure's picture.")
             if not isinstance(curve, Series):
                 raise RecordError(f"{place} is a {type(curve).__name__}, not a Series.")
             entries[name] = curve.entry(place)

@@ -1,0 +1,190 @@
+"""The command ``thesis``: list, run, check, accept and site.
+
+Exit status 0: all is well; 1: a run, a check or the site failed; 2: the input was refused.
+"""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+from collections.abc import Callable, Sequence
+
+from thesislib import studies
+from thesislib.companion.chapters import Chapter, InputError, chapter, chapters
+from thesislib.companion.parameters import changed_values, parameters, split_assignments
+
+__all__ = ["main"]
+
+FAILED, REFUSED, INTERRUPTED = 1, 2, 130
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Carry out a command line and return the exit status.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        The command line without the program's name; `sys.argv` if not given.
+    """
+    options = _parser().parse_args(arguments)
+    command: Callable[[argparse.Namespace], int] = options.command
+    signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        return command(options)
+    except (InputError, FileNotFoundError) as error:
+        print(f"thesis: {error}", file=sys.stderr)
+        return REFUSED
+    except KeyboardInterrupt:
+        print("thesis: interrupted", file=sys.stderr)
+        return INTERRUPTED
+
+
+def _interrupt(*_: object) -> None:
+    raise KeyboardInterrupt
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="thesis", description="Run, check and build the companion.")
+    commands = parser.add_subparsers(required=True, metavar="command")
+
+    command = commands.add_parser("list", help="show the chapters, their parameters and their last runs")
+    command.set_defaults(command=_list)
+
+    command = commands.add_parser("run", help="execute chapters whose run is not current")
+    command.add_argument(
+        "words",
+        nargs="*",
+        metavar="chapter | name=value",
+        help="ids of chapters; with one chapter, parameters to change",
+    )
+    command.add_argument("--all", action="store_true", help="all chapters, side by side")
+    command.add_argument("--again", action="store_true", help="also what is current, and nothing stored")
+    command.add_argument(
+        "--from-solution", action="store_true", help="take stored solutions; such a run is not published"
+    )
+    command.set_defaults(command=_run)
+
+    command = commands.add_parser("check", help="compare the runs with the stored values")
+    command.add_argument("chapters", nargs="*", metavar="chapter", help="ids of chapters; all without")
+    command.set_defaults(command=_check)
+
+    command = commands.add_parser("accept", help="make a chapter's run its stored values")
+    command.add_argument("chapter", help="id of the chapter")
+    command.add_argument(
+        "--tolerance",
+        action="append",
+        default=[],
+        metavar="QUANTITY=ABSOLUTE[:RELATIVE]",
+        help="change the tolerance of one quantity",
+    )
+    command.add_argument(
+        "--new-tolerance",
+        type=float,
+        metavar="RELATIVE",
+        help="tolerance of quantities that are not stored yet: this part of their largest magnitude",
+    )
+    command.add_argument("--reason", help="one sentence, stored with the tolerances that are set")
+    command.set_defaults(command=_accept)
+
+    command = commands.add_parser("site", help="build the pages of the published runs")
+    command.set_defaults(command=_site)
+    return parser
+
+
+def _list(_: argparse.Namespace) -> int:
+    from thesislib.companion.listing import listing
+
+    for each in chapters():
+        print(*listing(each), sep="\n")
+    return 0
+
+
+def _run(options: argparse.Namespace) -> int:
+    names, texts = split_assignments(options.words)
+    if options.all == bool(names):
+        raise InputError("Say either which chapters to run or --all.")
+    wanted = _named(names) or chapters()
+    if texts and len(wanted) != 1:
+        raise InputError(f"Parameters ({', '.join(texts)}) can be changed for one chapter at a time.")
+    for each in wanted:
+        parameters(each)
+    values = changed_values(wanted[0], texts) if texts else {}
+    try:
+        studies.jobs()
+    except ValueError as error:
+        raise InputError(str(error)) from error
+
+    from thesislib.companion import runner
+    from thesislib.companion.orders import Order
+
+    orders = [Order(each, values, options.from_solution, options.again) for each in wanted]
+    due = [each for each in orders if options.again or options.from_solution or each.staleness() is not None]
+    for order in orders:
+        if order not in due:
+            print(f"{order.name}: is current")
+    reports = runner.run(due, lambda line: print(line, flush=True))
+    for report in reports:
+        if report.failure is None:
+            print(f"{report.order.name}: {report.seconds:.1f} s, {report.order.folder}")
+        else:
+            print(
+                f"thesis: chapter {report.order.name} failed after {report.seconds:.1f} s: {report.failure}",
+                file=sys.stderr,
+            )
+    return FAILED if any(report.failure is not None for report in reports) else 0
+
+
+def _check(options: argparse.Namespace) -> int:
+    from thesislib.companion.checks import check
+
+    wanted = _named(options.chapters) or chapters()
+    missed = 0
+    for each in wanted:
+        found = check(each)
+        missed += len(found)
+        for miss in found:
+            print(f"{each.id} {miss}")
+        if not found:
+            print(f"{each.id} agrees with its stored values")
+    return FAILED if missed else 0
+
+
+def _accept(options: argparse.Namespace) -> int:
+    from thesislib.companion.acceptance import Wishes, accept
+
+    _, texts = split_assignments(options.tolerance)
+    if len(texts) < len(options.tolerance):
+        raise InputError("A tolerance is written QUANTITY=ABSOLUTE or QUANTITY=ABSOLUTE:RELATIVE.")
+    tolerances = {name: _tolerance(name, text) for name, text in texts.items()}
+    accept(chapter(options.chapter), Wishes(tolerances, options.new_tolerance, options.reason), print)
+    return 0
+
+
+def _tolerance(name: str, text: str) -> tuple[float, float]:
+    absolute, _, relative = text.partition(":")
+    try:
+        return float(absolute), float(relative or 0.0)
+    except ValueError as error:
+        raise InputError(f"The tolerance {text!r} of {name} is not ABSOLUTE or ABSOLUTE:RELATIVE.") from error
+
+
+def _site(_: argparse.Namespace) -> int:
+    from thesislib.companion import site
+
+    try:
+        index = site.build()
+    except site.SiteError as error:
+        print(f"thesis: {error}", file=sys.stderr)
+        return FAILED
+    print(index)
+    return 0
+
+
+def _named(names: Sequence[str]) -> list[Chapter]:
+    """Return the chapters with the ids, each once."""
+    return list({each.id: each for each in map(chapter, names)}.values())
+
+
+if __name__ == "__main__":
+    sys.exit(main())
