@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .channels import Lap, along_lap, beside, speed
+from .maps import places_beside_road
 from .style import BLUE, MPS_TO_KMH, ORANGE, PURPLE, VERMILION, Corner, corner_rows
 
 SCRIPT: Final = "plotly/plotly.min.js"
@@ -28,9 +29,9 @@ _PAGE: Final = Template("""\
 $script beside this page; figures 4.6 and 4.7 show the same lap without them.</p>
 <div class="linked-lap-panels" style="display:none;flex-wrap:wrap;gap:0.5rem">
 <div class="linked-lap-trace" role="img" aria-label="Speed along the lap"
- style="flex:3 1 21rem;min-width:0;height:24rem"></div>
+ style="flex:3 1 21rem;min-width:0;height:24rem;overflow:hidden"></div>
 <div class="linked-lap-map" role="img" aria-label="Map of the track, north up, coloured by speed"
- style="flex:2 1 17rem;min-width:0;height:24rem"></div>
+ style="flex:2 1 17rem;min-width:0;height:24rem;overflow:hidden"></div>
 <label style="flex:1 1 100%;display:flex;flex-wrap:wrap;align-items:center;gap:0.75rem">Place on the lap
 <input type="range" min="0" value="0" style="flex:1 1 12rem;min-height:2rem">
 <output style="flex:0 0 auto;min-width:19em;font-variant-numeric:tabular-nums"></output></label>
@@ -100,7 +101,7 @@ $script beside this page; figures 4.6 and 4.7 show the same lap without them.</p
     root.querySelector(".linked-lap-panels").style.display = "flex";
     slider.max = lap.s.length - 1;
     const marker = {size: 13, color: "$mark", line: {width: 2}};
-    const config = {responsive: true, displayModeBar: false};
+    const config = {displayModeBar: false};
     const numbers = lap.corners.map((corner) => ({
       x: corner.s, xref: "x", y: 1, yref: "paper", yanchor: "bottom", yshift: 12 * corner.row,
       text: corner.number, showarrow: false, font: {size: 11},
@@ -143,6 +144,11 @@ $script beside this page; figures 4.6 and 4.7 show the same lap without them.</p
       }
       slider.addEventListener("input", () => point(Number(slider.value)));
       recolour();
+      const sizes = new ResizeObserver((entries) => {
+        for (const entry of entries) Plotly.Plots.resize(entry.target);
+      });
+      sizes.observe(trace);
+      sizes.observe(map);
       new MutationObserver(recolour).observe(document.documentElement, {attributes: true});
       point(0);
     });
@@ -227,13 +233,15 @@ def linked_lap(lap: Lap, corners: Sequence[Corner] | None = None, *, points: int
         raise ValueError(f"a linked lap of {points} points is outside 100 .. 2000 points")
     length = lap.track.length
     s = np.linspace(0.0, length, points, endpoint=False)
+    rows = corner_rows(corners, length)
+    places = places_beside_road(
+        lap.track, [corner for corner, _ in rows], (0.007, 0.006), (0.01, 0.014, 0.02)
+    )
+    numbered = [
+        {"number": number, "s": round(at, 1), "row": row, "x": round(float(x)), "y": round(float(y))}
+        for ((number, at, _), row), (x, y) in zip(rows, places, strict=True)
+    ]
     x, y = beside(lap.track, s, along_lap(lap, lap["n"], s))
-    numbered = []
-    for (number, at, direction), row in corner_rows(corners, length):
-        outside = -0.013 * length if direction == "R" else 0.013 * length
-        beside_x, beside_y = beside(lap.track, np.array([at]), np.array([outside]))
-        place = {"x": round(float(beside_x[0])), "y": round(float(beside_y[0]))}
-        numbered.append({"number": number, "s": round(at, 1), "row": row, **place})
     data = {
         "s": _rounded(s, 1),
         # elapsed time grows by a lap time every lap and is therefore not periodic

@@ -13,7 +13,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch
 
-from .channels import Array, Lap, along_lap, beside, speed, whole_lap
+from .channels import Array, Lap, Track, along_lap, beside, speed, whole_lap
 from .style import (
     BLACK,
     GREEN,
@@ -64,55 +64,88 @@ def racing_line(lap: Lap, corners: Sequence[Corner] | None = None) -> Figure:
     )
     line.set_array(0.5 * (kmh[:-1] + kmh[1:]))
     axes.add_collection(line)
-    start = _start_line(axes, lap)
+    start = _start_line(axes, lap.track)
     ground_axes(axes)
     axes.margins(0.1)
-    _corner_names(axes, lap, corners or (), start)
+    _corner_names(axes, lap.track, corners or (), start)
     bar = figure.colorbar(line, ax=axes, location="bottom", shrink=0.7, aspect=32, pad=0.02)
     bar.set_label("speed (km/h)")
     return figure
 
 
-def _place(lap: Lap, s: float, n: float) -> Array:
+def _place(track: Track, s: float, n: float) -> Array:
     """Map coordinates (2,) of the point at s and n, in m."""
-    return np.concatenate(beside(lap.track, np.array([s]), np.array([n])))
+    return np.concatenate(beside(track, np.array([s]), np.array([n])))
 
 
-def _start_line(axes: Axes, lap: Lap) -> Array:
+def _start_line(axes: Axes, track: Track) -> Array:
     """Draw the start line and an arrow the way the lap is driven; return where its name stands."""
-    size = 0.01 * lap.track.length
-    across = np.stack((_place(lap, 0.0, -0.6 * size), _place(lap, 0.0, 0.6 * size)))
+    size = 0.01 * track.length
+    across = np.stack((_place(track, 0.0, -0.6 * size), _place(track, 0.0, 0.6 * size)))
     axes.plot(across[:, 0], across[:, 1], color=BLACK, linewidth=2.0, zorder=3)
-    tail, tip = _place(lap, 0.0, size), _place(lap, 3.0 * size, size)
+    tail, tip = _place(track, 0.0, size), _place(track, 3.0 * size, size)
     ends = (float(tail[0]), float(tail[1])), (float(tip[0]), float(tip[1]))
     axes.add_patch(FancyArrowPatch(*ends, arrowstyle="-|>", mutation_scale=12, color=BLACK))
-    name = _place(lap, 0.0, -1.7 * size)
+    name = _place(track, 0.0, -1.7 * size)
     axes.annotate("start", (name[0], name[1]), ha="center", va="center", fontsize=9.5)
     return name
 
 
-def _corner_names(axes: Axes, lap: Lap, corners: Sequence[Corner], start: Array) -> None:
-    """Name corners beside the road, each where it covers the road and earlier names least."""
-    length = lap.track.length
-    road = np.column_stack(beside(lap.track, np.linspace(0.0, length, 800), 0.0))
-    low, high = road.min(axis=0) - 0.012 * length, road.max(axis=0) + 0.012 * length
-    half = np.array([0.0135, 0.0088]) * length  # half of a name's width and height, on the map
-    names = [start]
+def places_beside_road(
+    track: Track,
+    corners: Sequence[Corner],
+    half_size: tuple[float, float],
+    radii: Sequence[float],
+    taken: Sequence[Array] = (),
+) -> Array:
+    """Choose where the names of corners stand: near them, off the road, clear of each other.
+
+    Parameters
+    ----------
+    track : Track
+    corners : sequence of (number, distance in m, direction)
+    half_size : (float, float)
+        Half of a name's width and height on the map, as shares of the lap's length.
+    radii : sequence of float
+        Distances from the corner to try, as shares of the lap's length.
+    taken : sequence of ndarray (2,)
+        Places in m that are no longer free.
+
+    Returns
+    -------
+    ndarray (len(corners), 2)
+        Middles of the names, x and y in m.
+    """
+    road = np.column_stack(beside(track, np.linspace(0.0, track.length, 800), 0.0))
+    margin = 0.012 * track.length
+    low, high = road.min(axis=0) - margin, road.max(axis=0) + margin
+    half = np.array(half_size) * track.length
     angles = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
     ring = np.column_stack((np.cos(angles), np.sin(angles)))
-    for number, s, _ in corners:
-        here = _place(lap, s, 0.0)
-        spots = np.concatenate([here + radius * length * ring for radius in (0.017, 0.022, 0.028, 0.036)])
+    names = np.array(taken, dtype=float).reshape(-1, 2)
+    for _, s, _ in corners:
+        here = _place(track, s, 0.0)
+        spots = np.concatenate([here + radius * track.length * ring for radius in radii])
         on_road = np.all(np.abs(road[None] - spots[:, None]) < 1.15 * half, axis=2).sum(axis=1)
-        on_names = np.all(np.abs(np.array(names)[None] - spots[:, None]) < 2.0 * half, axis=2).sum(axis=1)
+        on_names = np.all(np.abs(names[None] - spots[:, None]) < 2.0 * half, axis=2).sum(axis=1)
         outside = np.any((spots < low) | (spots > high), axis=1)
-        distance = np.linalg.norm(spots - here, axis=1) / length
-        best = spots[np.argmin(on_road + 40.0 * on_names + 40.0 * outside + 150.0 * distance)]
-        names.append(best)
+        distance = np.linalg.norm(spots - here, axis=1) / track.length
+        best = spots[np.argmin(2.0 * on_road + 40.0 * on_names + 40.0 * outside + 150.0 * distance)]
+        names = np.vstack((names, best))
+    return names[len(taken) :]
+
+
+def _corner_names(axes: Axes, track: Track, corners: Sequence[Corner], start: Array) -> None:
+    """Write number and distance beside each corner, tied to it by a thin line."""
+    places = places_beside_road(
+        track, corners, (0.0135, 0.0088), (0.017, 0.022, 0.028, 0.036, 0.044), [start]
+    )
+    for (number, s, _), (x, y) in zip(corners, places, strict=True):
+        road_x, road_y = _place(track, s, 0.0)
         axes.annotate(
             f"{number}\n{s:.0f} m",
-            (here[0], here[1]),
-            xytext=(best[0], best[1]),
+            (road_x, road_y),
+            xytext=(x, y),
             ha="center",
             va="center",
             fontsize=8.5,
@@ -163,7 +196,7 @@ def mesh_on_map(lap: Lap, *, from_m: float = 3000.0, to_m: float = 4500.0) -> Fi
     )
     ground_axes(axes)
     for s in np.arange(np.ceil(from_m / 250.0) * 250.0, to_m + 1.0, 250.0):
-        x, y = _place(lap, float(s), -0.006 * length)
+        x, y = _place(lap.track, float(s), -0.006 * length)
         axes.annotate(f"{s:.0f} m", (float(x), float(y)), fontsize=9, ha="center", va="center", color=GREY)
     axes.margins(0.06)
     axes.legend(loc="best", frameon=True, markerscale=1.4)
