@@ -10,7 +10,6 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 
-from thesislib import studies
 from thesislib.companion.chapters import Chapter, InputError, chapter, chapters
 from thesislib.companion.parameters import changed_values, parameters, split_assignments
 
@@ -110,14 +109,15 @@ def _run(options: argparse.Namespace) -> int:
     for each in wanted:
         parameters(each)
     values = changed_values(wanted[0], texts) if texts else {}
+
+    from thesislib import studies
+    from thesislib.companion import runner
+    from thesislib.companion.orders import Order
+
     try:
         studies.jobs()
     except ValueError as error:
         raise InputError(str(error)) from error
-
-    from thesislib.companion import runner
-    from thesislib.companion.orders import Order
-
     orders = [Order(each, values, options.from_solution, options.again) for each in wanted]
     due = [each for each in orders if options.again or options.from_solution or each.staleness() is not None]
     for order in orders:
