@@ -8,7 +8,7 @@ import pytest
 
 from thesislib.polynomials import basis_size, exponents, fit, monomials, polynomial
 
-# p = 2 + 3 x1 - 4 x2 + x1 x2 - 8 x1 x3 - 7 x2^2 + 3 x3^2, the example of the appendix with its coefficient row
+# coefficient row of the example 2 + 3 x1 - 4 x2 + x1 x2 - 8 x1 x3 - 7 x2^2 + 3 x3^2 of the appendix
 EXAMPLE = [2.0, 3.0, -4.0, 0.0, 0.0, 1.0, -8.0, -7.0, 0.0, 3.0]
 
 
@@ -88,7 +88,7 @@ def test_data_that_do_not_determine_the_coefficients_are_refused():
 
 
 def test_a_wrong_number_of_coefficients_is_refused():
-    with pytest.raises(ValueError, match="5 coefficients given .* which has 6"):
+    with pytest.raises(ValueError, match=r"5 coefficients given .* which has 6"):
         polynomial([1.0] * 5, [1.0, 2.0], 2)
 
 

@@ -18,7 +18,7 @@ def barcelona() -> roads.CentreLine:
 
 @pytest.fixture
 def circle_lines() -> list[str]:
-    """The lines of a valid road file: a circle of 100 m radius driven clockwise, from its northern point east."""
+    """The lines of a valid road file: a circle of 100 m radius, driven clockwise from its northern point."""
     angle = 2 * np.pi * np.arange(STATIONS) / STATIONS
     rows = [
         f"{RADIUS_M * a:.4f},{1 / RADIUS_M:.9f},5.0,6.0,{RADIUS_M * np.sin(a):.4f},"
