@@ -115,45 +115,43 @@ def install_lock(python: Path, lock: Path, installer: str) -> None:
     """Install every pinned package of ``lock`` that applies, each checked against its hash.
 
     uv is itself one of the pinned packages: pip fetches it first, and it fetches the rest, about
-    ten times faster. Where that fails, for whatever reason, pip does it all.
+    ten times faster. Where uv is not to be had, or fails for whatever reason, pip does without it.
     """
-    if installer == "uv" and fetch_uv(python, lock):
-        print(f"environment: installing {lock.name} with uv", flush=True)
-        uv = [str(python.with_name("uv")), "pip", "install", "--quiet", "--python", str(python)]
-        if succeeds([*uv, "--require-hashes", "--requirement", str(lock)]):
-            return
+    uv_pinned, others = split_off("uv", lock.read_text(encoding="utf-8"))
+    if installer == "uv":
+        if uv_pinned and installed_by_pip(python, uv_pinned, quiet=True) and python.with_name("uv").exists():
+            print(f"environment: installing {lock.name} with uv", flush=True)
+            uv = [str(python.with_name("uv")), "pip", "install", "--quiet", "--python", str(python)]
+            if succeeds([*uv, "--require-hashes", "--requirement", str(lock)]):
+                return
+        print("environment: uv is not to be had here or does not work", flush=True)
     print(f"environment: installing {lock.name} with pip, which takes a minute or two", flush=True)
-    if not succeeds([*pip_install(python), "--require-hashes", "--requirement", str(lock)]):
+    if not installed_by_pip(python, others):
         raise InstallationError(
             f"the packages of {lock.name} could not be installed; the messages above say which one and "
             "why. Call the same command again when that is mended"
         )
 
 
-def fetch_uv(python: Path, lock: Path) -> bool:
-    """Install uv alone into the environment of ``python``; tell whether that was possible."""
-    pinned = pinned_requirement(lock.read_text(encoding="utf-8"), "uv")
-    if pinned is None:
-        return False
-    with tempfile.TemporaryDirectory() as folder:
-        requirement = Path(folder) / "uv.txt"
-        requirement.write_text(pinned, encoding="utf-8")
-        command = [*pip_install(python), "--no-deps", "--only-binary", ":all:", "--require-hashes"]
-        obtained = succeeds([*command, "--requirement", str(requirement)], quiet=True)
-    if not obtained:
-        print("environment: uv is not to be had here", flush=True)
-    return obtained
-
-
-def pinned_requirement(lock: str, name: str) -> str | None:
-    """The entry of ``name`` in the text of a lock, hashes included; None if it has none."""
+def split_off(name: str, lock: str) -> tuple[str, str]:
+    """Part the text of a lock into the entry of ``name``, hashes included, and all others."""
     entry: list[str] = []
-    for line in lock.splitlines():
-        if entry and not entry[-1].endswith("\\"):
-            break
-        if entry or line.startswith(f"{name}=="):
-            entry.append(line)
-    return "\n".join(entry) + "\n" if entry else None
+    others: list[str] = []
+    within = False
+    for line in lock.splitlines(keepends=True):
+        if not line.startswith((" ", "#")):
+            within = line.startswith(f"{name}==")
+        (entry if within else others).append(line)
+    return "".join(entry), "".join(others)
+
+
+def installed_by_pip(python: Path, requirements: str, quiet: bool = False) -> bool:
+    """Install the text of a requirements file with pip, hashes required; tell whether it worked."""
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "requirements.txt"
+        file.write_text(requirements, encoding="utf-8")
+        command = [*pip_install(python), "--no-deps", "--require-hashes", "--requirement", str(file)]
+        return succeeds(command, quiet=quiet)
 
 
 def install_project(python: Path, root: Path) -> None:
