@@ -152,11 +152,11 @@ def test_mathematics_is_rendered_by_the_script_beside_the_pages() -> None:
         assert any("/mathjax/tex-chtml-full.js" in source for source in sources), page.name
 
 
-def test_plotly_is_loaded_only_by_pages_that_plot_with_it() -> None:
-    for page in pages():
-        sources = [attributes.get("src") or "" for tag, attributes in elements(page) if tag == "script"]
-        loads = any(source.endswith("plotly.min.js") for source in sources)
-        assert loads == ("Plotly." in text(page)), page.name
+def test_plotly_lies_beside_the_pages_that_ask_for_it_and_others_do_not_load_it() -> None:
+    script = "plotly/plotly.min.js"
+    asking = [page for page in pages() if script in text(page)]
+    assert [page for page in pages() if "Plotly." in text(page)] == asking
+    assert (HTML / script).is_file() == bool(asking)
 
 
 def test_search_index_knows_every_page() -> None:
