@@ -56,8 +56,6 @@ class Parameter:
         SI unit of the three; "1" for a pure number.
     symbol, description, source : str
         TeX symbol, meaning, and where the value is printed.
-    quoted_value : float
-        The value in ``quoted_unit``, the unit of the source.
     quoted_unit : str
         Unit of the source.
     printed, note : str
@@ -72,7 +70,6 @@ class Parameter:
     symbol: str
     description: str
     source: str
-    quoted_value: float
     quoted_unit: str
     printed: str = ""
     note: str = ""
@@ -97,8 +94,12 @@ class Parameter:
                 f"{self.name} = {value:g}{unit} is outside {self.low:g} .. {self.high:g}{unit} "
                 f"({self.description[0].lower()}{self.description[1:]}, {self.source})."
             )
+        return replace(self, value=float(value))
+
+    def quoted(self, value: float) -> float:
+        """Return a value in SI as the source would quote it, in ``quoted_unit``."""
         factor, _ = _SI[self.quoted_unit]
-        return replace(self, value=float(value), quoted_value=float(value) / factor)
+        return value / factor
 
 
 @dataclass(frozen=True)
@@ -230,7 +231,6 @@ def _parameter(file: str, name: str, table: Any) -> Parameter:
         symbol=table["symbol"],
         description=table["description"],
         source=table["source"],
-        quoted_value=value,
         quoted_unit=unit,
         printed=table.get("printed", ""),
         note=table.get("note", ""),
