@@ -153,10 +153,10 @@ def chapter(name: str, root: Path | None = None) -> Chapter:
     wanted = name.zfill(2) if name.isdigit() else name.upper()
     if wanted in known:
         return known[wanted]
-    by_stem = {each.stem: each for each in known.values()}
-    near = difflib.get_close_matches(name, [*known, *by_stem], n=1)
-    hint = f"; did you mean {by_stem[near[0]].id if near[0] in by_stem else near[0]!r}?" if near else ""
-    raise InputError(f"There is no chapter {name!r} (known: {', '.join(known) or 'none'}){hint or '.'}")
+    names = {each.id: each.id for each in known.values()} | {each.stem: each.id for each in known.values()}
+    near = difflib.get_close_matches(name, names, n=1, cutoff=0.5)
+    hint = f"; did you mean {names[near[0]]!r}?" if near else "."
+    raise InputError(f"There is no chapter {name!r} (known: {', '.join(known) or 'none'}){hint}")
 
 
 def _read(path: Path) -> Chapter | None:

@@ -1,0 +1,114 @@
+"""Small throw-away projects: a book, data and a lock in a temporary folder."""
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from thesislib.companion.chapters import Chapter, chapter
+
+FRONT_MATTER = """\
+---
+jupytext:
+  text_representation:
+    extension: .md
+    format_name: myst
+kernelspec:
+  display_name: Python 3
+  language: python
+  name: python3
+thesis:
+  chapter: "{id}"
+  wall_limit_s: {wall_limit_s}
+---
+
+# Chapter {id}
+
+Prose.
+"""
+
+
+@dataclass(frozen=True)
+class Project:
+    """A project in a temporary folder."""
+
+    root: Path
+
+    def add(self, id: str, *cells: str, parameters: str = "", wall_limit_s: float = 120) -> Path:
+        """Write a chapter with these code cells."""
+        text = FRONT_MATTER.format(id=id, wall_limit_s=wall_limit_s)
+        if parameters:
+            text += f"\n```{{code-cell}} ipython3\n:tags: [parameters]\n\n{parameters.strip()}\n```\n"
+        for cell in cells:
+            text += f"\n```{{code-cell}} ipython3\n{cell.strip()}\n```\n\nMore prose.\n"
+        path = self.root / "book" / (f"appendix_{id.lower()}.md" if id.isalpha() else f"{id}_small.md")
+        path.write_text(text)
+        return path
+
+    def chapter(self, id: str) -> Chapter:
+        """Return a chapter as it is now."""
+        return chapter(id, self.root)
+
+    def record(self, id: str) -> dict[str, Any]:
+        """Return the record of a chapter's published run."""
+        read: dict[str, Any] = json.loads((self.root / "_build" / "run" / id / "record.json").read_text())
+        return read
+
+    def environment(self, **changes: str) -> dict[str, str]:
+        """Return the environment of a command in this project."""
+        kept = {name: value for name, value in os.environ.items() if not name.startswith("THESIS_")}
+        return kept | {"THESIS_ROOT": str(self.root), "THESIS_JOBS": "3"} | changes
+
+    def thesis(self, *arguments: str, **changes: str) -> subprocess.CompletedProcess[str]:
+        """Carry out a command line in this project."""
+        return subprocess.run(
+            [sys.executable, "-m", "thesislib", *arguments],
+            cwd=self.root,
+            env=self.environment(**changes),
+            capture_output=True,
+            text=True,
+            timeout=180,
+        )
+
+
+def small_project(root: Path) -> Project:
+    """Make a project with a lock, some data and no chapter."""
+    for folder in ("book", "data/tracks", "data/vehicles", "data/expected", "data/thesis"):
+        (root / folder).mkdir(parents=True)
+    (root / "environment-pip.txt").write_text("numpy==2.4.6\n")
+    (root / "data/tracks/short.csv").write_text("s,curvature\n0,0.0\n1,0.5\n")
+    (root / "data/vehicles/car.toml").write_text("mass = 660.0\n")
+    (root / "data/vehicles/unused.toml").write_text("mass = 1.0\n")
+    (root / "data/thesis/01.json").write_text(
+        json.dumps(
+            {
+                "values": {
+                    "mass": {"value": 2.0, "unit": "kg", "half_digit": 0.05, "page": 7, "place": "Table 1.1"},
+                    "sine": {
+                        "low": -1.0,
+                        "high": 1.0,
+                        "unit": "",
+                        "half_digit": 0.05,
+                        "page": 8,
+                        "place": "p",
+                    },
+                }
+            }
+        )
+    )
+    return Project(root)
+
+
+@pytest.fixture
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Project:
+    """A project without chapters that this process works in."""
+    made = small_project(tmp_path)
+    for name in [name for name in os.environ if name.startswith("THESIS_")]:
+        monkeypatch.delenv(name)
+    monkeypatch.setenv("THESIS_ROOT", str(made.root))
+    return made
