@@ -18,12 +18,10 @@ import jupytext
 import nbformat
 from nbformat import NotebookNode
 
+from thesislib.companion import bookkeeping
 from thesislib.companion.chapters import Chapter
 
-__all__ = ["BOOKKEEPING", "PublicationError", "machine_paths", "page", "without_paths"]
-
-BOOKKEEPING = "thesis-bookkeeping"
-"""Tag of the cells that the runner adds for itself."""
+__all__ = ["PublicationError", "machine_paths", "page", "without_paths"]
 
 INJECTED = "injected-parameters"
 """Tag that papermill gives to the cell with changed parameters."""
@@ -56,7 +54,7 @@ def page(chapter: Chapter, executed: NotebookNode, hidden: Mapping[str, str] | N
         If the run stopped at an exception, had changed parameters, or ran other code.
     """
     hidden = machine_paths(chapter.root) if hidden is None else hidden
-    run = [cell for cell in executed.cells if cell.cell_type == "code" and BOOKKEEPING not in _tags(cell)]
+    run = [cell for cell in executed.cells if cell.cell_type == "code" and bookkeeping.TAG not in _tags(cell)]
     if executed.metadata.get("papermill", {}).get("exception") or any(_stopped(cell) for cell in run):
         raise PublicationError(f"The executed notebook of chapter {chapter.id} stopped at an exception.")
     if any(INJECTED in _tags(cell) for cell in run):

@@ -23,6 +23,13 @@ MATHJAX = "mathjax/tex-chtml-full.js"
 PLOTLY = "plotly/plotly.min.js"
 """plotly.js relative to the top of the site, which is the folder of every page."""
 
+# plotly.js names its licence in its first lines; MathJax's combined script does not.
+_NOTICE = """\
+MathJax, copyright the MathJax Consortium, under the Apache License 2.0
+(https://www.apache.org/licenses/LICENSE-2.0). Unchanged files of the package
+sphinx-mathjax-offline {version}.
+"""
+
 _MATHJAX_SOURCE = "sphinx-mathjax-offline/static/mathjax"
 _FONTS = "output/chtml/fonts/woff-v2"
 
@@ -40,6 +47,8 @@ def copy_mathjax(extra: Path) -> None:
     target.mkdir(parents=True)
     shutil.copyfile(source / Path(MATHJAX).name, extra / MATHJAX)
     shutil.copytree(source / _FONTS, target / _FONTS)
+    notice = _NOTICE.format(version=metadata.version("sphinx-mathjax-offline"))
+    (target / "NOTICE.txt").write_text(notice, encoding="utf-8")
 
 
 def copy_plotly(extra: Path) -> None:
