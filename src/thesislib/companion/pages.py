@@ -86,9 +86,7 @@ def thesis_values(root: Path, chapter: str) -> dict[str, dict[str, Any]]:
                 "'value', or 'low' and 'high', and unit, half_digit, page and place, and may have a label."
             )
         if not entry["half_digit"] > 0:
-            raise RecordError(
-                f"{path.name} has for {name} half_digit = {entry['half_digit']}; it is above 0."
-            )
+            raise RecordError(f"{path.name} has for {name} half_digit = {entry['half_digit']}, not above 0.")
     return entries
 
 
@@ -139,7 +137,7 @@ def _compared(name: str, printed: Mapping[str, Any], recorded: Mapping[str, Any]
         printed.get("label", name.replace("_", " ")),
         shown + unit,
         f"{value:.{decimals + 1}f}{unit}",
-        f"{difference:+.{decimals + 1}f}{unit}",
+        f"{round(difference, decimals + 1) + 0.0:+.{decimals + 1}f}{unit}",  # no -0.00
         "yes" if within else "no",
         f"{printed['place']}, p. {printed['page']}",
     )

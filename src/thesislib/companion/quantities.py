@@ -151,6 +151,8 @@ def column_entry(values: ArrayLike, unit: object, place: str) -> dict[str, Any]:
     """Return a table's column, all texts or all numbers, as the record holds it."""
     # of a mixture numpy would make texts without a word; as objects it stays a mixture
     mixed = np.asarray(values, dtype=object)
+    if mixed.size == 0:
+        raise RecordError(f"{place} has no rows.")
     if mixed.ndim == 1 and mixed.size and all(isinstance(each, str) for each in mixed):
         array = mixed.astype(str)
         return {"values": array.tolist(), "unit": checked_unit(unit, place)}
