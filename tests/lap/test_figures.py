@@ -146,9 +146,9 @@ def test_racing_line_names_corners_with_their_distance(synthetic_lap, corners):
 
 
 def test_names_of_corners_keep_clear_of_the_road_and_each_other(synthetic_lap, corners):
-    half = np.array([0.0135, 0.0088]) * synthetic_lap.track.length
+    half = np.array([0.0128, 0.0082]) * synthetic_lap.track.length
     places = maps.places_beside_road(
-        synthetic_lap.track, corners, (0.0135, 0.0088), (0.017, 0.022, 0.028, 0.036)
+        synthetic_lap.track, corners, (0.0128, 0.0082), (0.017, 0.022, 0.028, 0.036)
     )
     road = np.column_stack(synthetic_lap.track.position(np.linspace(0.0, 4650.0, 500)))
     for index, place in enumerate(places):

@@ -63,7 +63,7 @@ def downforce_maps(
     for axes, values, name in ((left, maps[0], "front, $C_L^f$"), (right, maps[1], "rear, $C_L^r$")):
         axes.contourf(front, rear, values, levels=14, cmap="cividis", alpha=0.85)
         lines = axes.contour(front, rear, values, levels=7, colors=BLACK, linewidths=0.8)
-        texts = axes.clabel(lines, fmt="%.2f", fontsize=9)
+        texts = axes.clabel(lines, fmt="%.2f", fontsize=9.5)
         for text in texts:
             text.set_bbox({"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.6})
         if lap is not None:

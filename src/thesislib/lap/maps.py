@@ -23,6 +23,7 @@ from .style import (
     SPEED_COLOURS,
     VERMILION,
     Corner,
+    legend_above,
     picture,
     styled,
 )
@@ -47,7 +48,7 @@ def racing_line(lap: Lap, corners: Sequence[Corner] | None = None) -> Figure:
     corners : sequence of (number, distance in m, direction), optional
         Corners to name, with their distance from the start line.
     """
-    figure = picture(6.3)
+    figure = picture(7.2)
     axes = figure.add_subplot()
     s = np.linspace(0.0, lap.track.length, 1500)
     axes.plot(*beside(lap.track, s, 0.0), color=LIGHT, linewidth=7.0, solid_joinstyle="round", zorder=1)
@@ -116,8 +117,9 @@ def places_beside_road(
     ndarray (len(corners), 2)
         Middles of the names, x and y in m.
     """
-    road = np.column_stack(beside(track, np.linspace(0.0, track.length, 800), 0.0))
-    margin = 0.012 * track.length
+    stations = np.linspace(0.0, track.length, 800)
+    road = np.column_stack(beside(track, stations, 0.0))
+    margin = 0.008 * track.length
     low, high = road.min(axis=0) - margin, road.max(axis=0) + margin
     half = np.array(half_size) * track.length
     angles = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
@@ -128,18 +130,21 @@ def places_beside_road(
         spots = np.concatenate([here + radius * track.length * ring for radius in radii])
         on_road = np.all(np.abs(road[None] - spots[:, None]) < 1.15 * half, axis=2).sum(axis=1)
         on_names = np.all(np.abs(names[None] - spots[:, None]) < 2.0 * half, axis=2).sum(axis=1)
+        # a name is read with the road next to it, which must be the corner's own
+        nearest = stations[np.argmin(np.linalg.norm(road[None] - spots[:, None], axis=2), axis=1)]
+        apart = np.abs((nearest - s + 0.5 * track.length) % track.length - 0.5 * track.length)
+        elsewhere = apart > 0.03 * track.length
         outside = np.any((spots < low) | (spots > high), axis=1)
         distance = np.linalg.norm(spots - here, axis=1) / track.length
-        best = spots[np.argmin(2.0 * on_road + 40.0 * on_names + 40.0 * outside + 150.0 * distance)]
+        crowding = 2.5 * on_road + 60.0 * on_names + 30.0 * outside + 30.0 * elsewhere + 200.0 * distance
+        best = spots[np.argmin(crowding)]
         names = np.vstack((names, best))
     return names[len(taken) :]
 
 
 def _corner_names(axes: Axes, track: Track, corners: Sequence[Corner], start: Array) -> None:
     """Write number and distance beside each corner, tied to it by a thin line."""
-    places = places_beside_road(
-        track, corners, (0.0135, 0.0088), (0.017, 0.022, 0.028, 0.036, 0.044), [start]
-    )
+    places = places_beside_road(track, corners, (0.0128, 0.0082), (0.017, 0.022, 0.028, 0.036), [start])
     for (number, s, _), (x, y) in zip(corners, places, strict=True):
         road_x, road_y = _place(track, s, 0.0)
         axes.annotate(
@@ -148,7 +153,7 @@ def _corner_names(axes: Axes, track: Track, corners: Sequence[Corner], start: Ar
             xytext=(x, y),
             ha="center",
             va="center",
-            fontsize=8.5,
+            fontsize=9.5,
             linespacing=0.95,
             arrowprops={"arrowstyle": "-", "color": GREY, "linewidth": 0.6, "shrinkA": 0, "shrinkB": 3},
             bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
@@ -196,8 +201,8 @@ def mesh_on_map(lap: Lap, *, from_m: float = 3000.0, to_m: float = 4500.0) -> Fi
     )
     ground_axes(axes)
     for s in np.arange(np.ceil(from_m / 250.0) * 250.0, to_m + 1.0, 250.0):
-        x, y = _place(lap.track, float(s), -0.006 * length)
-        axes.annotate(f"{s:.0f} m", (float(x), float(y)), fontsize=9, ha="center", va="center", color=GREY)
-    axes.margins(0.06)
-    axes.legend(loc="best", frameon=True, markerscale=1.4)
+        x, y = _place(lap.track, float(s), -0.0085 * length)
+        axes.annotate(f"{s:.0f} m", (float(x), float(y)), fontsize=9.5, ha="center", va="center", color=GREY)
+    axes.margins(0.09)
+    legend_above(axes, columns=3)
     return figure

@@ -184,7 +184,7 @@ def corner_numbers(
                 textcoords="offset points",
                 ha="center",
                 va="bottom",
-                fontsize=9.0,
+                fontsize=9.5,
                 color=GREY,
             )
 
