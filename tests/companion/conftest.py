@@ -4,13 +4,16 @@ import json
 import os
 import subprocess
 import sys
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from thesislib.companion import currency
 from thesislib.companion.chapters import Chapter, chapter
+from thesislib.provenance import Usage, file_hash
 
 FRONT_MATTER = """\
 ---
@@ -112,3 +115,29 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Project:
         monkeypatch.delenv(name)
     monkeypatch.setenv("THESIS_ROOT", str(made.root))
     return made
+
+
+@pytest.fixture
+def finished() -> Callable[..., None]:
+    """Write down a finished, current run of chapter 01 with some content, instead of running it."""
+
+    def write(project: Project, content: dict[str, Any], **changes: Any) -> None:
+        project.add("01", "1")
+        chapter = project.chapter("01")
+        chapter.run_folder.mkdir(parents=True, exist_ok=True)
+        chapter.executed.parent.mkdir(parents=True, exist_ok=True)
+        chapter.executed.write_text("{}")
+        used = Usage(frozenset({"thesislib.provenance"}), frozenset({"data/vehicles/car.toml"}))
+        ingredients = currency.ingredients(chapter, used)
+        run = {
+            "status": "finished",
+            "changed": False,
+            "from_solution": False,
+            "notebook": file_hash(chapter.executed),
+            "hash": ingredients.hash,
+            **asdict(ingredients),
+        }
+        record = content | {"run": run | changes, "solves": []}
+        (chapter.run_folder / "record.json").write_text(json.dumps(record))
+
+    return write

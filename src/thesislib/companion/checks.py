@@ -123,8 +123,8 @@ def resampled(series: Mapping[str, Any], abscissa: np.ndarray) -> np.ndarray:
     Raises
     ------
     ValueError
-        If the series has no period and does not reach as far as the abscissa. The first and last
-        interval of either may be missing: collocation points do not include both ends.
+        If the series has no period and does not reach as far as the abscissa. By one interval at
+        either end it is continued: collocation points do not include both ends.
     """
     x, y = np.array(series["abscissa"]), np.array(series["ordinate"])
     if "period" in series:
@@ -137,6 +137,11 @@ def resampled(series: Mapping[str, Any], abscissa: np.ndarray) -> np.ndarray:
             f"reaches from {x[0]:g} to {x[-1]:g} {unit}, "
             f"and stored is {abscissa[0]:g} to {abscissa[-1]:g} {unit}"
         )
+    # straight on over the ends: a point more or less there is the mesh's doing
+    ends = np.array([min(x[0], abscissa[0]), max(x[-1], abscissa[-1])])
+    slopes = np.diff(y)[[0, -1]] / np.diff(x)[[0, -1]]
+    beyond = y[[0, -1]] + slopes * (ends - x[[0, -1]])
+    x, y = np.concatenate([ends[:1], x, ends[1:]]), np.concatenate([beyond[:1], y, beyond[1:]])
     return np.interp(abscissa, x, y)
 
 

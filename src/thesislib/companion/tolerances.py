@@ -68,7 +68,7 @@ class Tolerance:
             if isinstance(number, bool) or not isinstance(number, int | float):
                 raise ToleranceError(f"its tolerance has {name} = {number!r}, which is not a number")
             if not (math.isfinite(number) and number >= 0):
-                raise ToleranceError(f"its tolerance has {name} = {number}; not a finite number from 0 up")
+                raise ToleranceError(f"its tolerance has {name} = {number}, not a finite number from 0 up")
         reason = entry.get("reason")
         if not isinstance(reason, str) or not reason.strip():
             raise ToleranceError("its tolerance has no reason")
