@@ -1,4 +1,4 @@
-"""Plots of the tyre (appendix B).
+"""Plots of the tyre (appendix B) and of the car on a straight (appendix C).
 
 Each function draws into a figure that it is given and returns it: size and resolution are the page's choice.
 Colours run from light to dark with the plotted parameter and stay apart for colour-blind readers.
@@ -78,14 +78,14 @@ def force_magnitude(
     peaks : sequence of two (float, str)
         Values of rho to draw on the contours, the first dashed, the second dotted, with their labels.
     """
-    grid = figure.add_gridspec(1, 2, width_ratios=(1.0, 1.25))
+    grid = figure.add_gridspec(1, 2, width_ratios=(1.0, 1.0))
     surface = figure.add_subplot(grid[0], projection="3d")
     contours = figure.add_subplot(grid[1])
     slip, degrees = np.meshgrid(kappa, np.degrees(alpha))
     surface.plot_surface(slip, degrees, magnitude / 1e3, cmap="viridis", rcount=60, ccount=60, linewidth=0)
     surface.set_xlabel("κ")
     surface.set_ylabel("α (°)")
-    surface.set_box_aspect(None, zoom=0.85)
+    surface.set_box_aspect(None, zoom=1.1)
     surface.tick_params(labelsize="x-small", pad=-1)
     surface.xaxis.set_major_locator(MaxNLocator(4))
     surface.yaxis.set_major_locator(MaxNLocator(4))
@@ -167,6 +167,44 @@ def peak_friction(
         axes.set_xlim(float(load[0]) / 1e3, float(load[-1]) / 1e3)
         axes.set_ylim(bottom=0.0)
         axes.legend(loc="lower right", frameon=False)
+    return figure
+
+
+def straight_line(
+    figure: Figure, speed: Array, forces: Mapping[str, Array], power: Array, engine: float, weight: float
+) -> Figure:
+    """Draw aerodynamic forces against weight, and drag power against engine power, over speed.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+        Empty figure to draw into.
+    speed : numpy.ndarray, shape (N,)
+        Forward speed, m/s; the axis shows km/h.
+    forces : mapping of str to numpy.ndarray, shape (N,)
+        Names and magnitudes in N, at most three.
+    power : numpy.ndarray, shape (N,)
+        Power spent on drag, W.
+    engine : float
+        Peak engine power, W.
+    weight : float
+        Weight of the car, N.
+    """
+    left, right = figure.subplots(1, 2)
+    kmh = 3.6 * speed
+    for (name, force), colour in zip(forces.items(), (_PRINTED, "#56B4E9", _AT_ONE), strict=False):
+        left.plot(kmh, force / 1e3, color=colour, label=name)
+    left.axhline(weight / 1e3, color=_NOTE, linestyle="dashed", label="weight")
+    left.set_ylabel("force (kN)")
+    right.plot(kmh, power / 1e3, color=_AT_ONE, label="drag")
+    right.axhline(engine / 1e3, color=_NOTE, linestyle="dashed", label="engine")
+    right.set_ylabel("power (kW)")
+    for axes in (left, right):
+        _plain(axes)
+        axes.set_xlabel("speed (km/h)")
+        axes.set_xlim(float(kmh[0]), float(kmh[-1]))
+        axes.set_ylim(bottom=0.0)
+        axes.legend(loc="upper left", frameon=False)
     return figure
 
 

@@ -15,12 +15,13 @@ class ParameterTable:
     ----------
     parameters : ParameterSet
         What to show, in its order.
-    source : str
-        Only the parameters whose source begins with this text, for example ``"Table C.1"``; all if empty.
+    source : str or tuple of str
+        Only the parameters whose source begins with this text or one of these, for example ``"Table C.1"``;
+        all if empty.
     """
 
     parameters: ParameterSet
-    source: str = ""
+    source: str | tuple[str, ...] = ""
 
     @property
     def rows(self) -> tuple[Parameter, ...]:
