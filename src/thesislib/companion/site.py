@@ -191,8 +191,10 @@ def _relinked(text: str, chapter_names: list[str]) -> str:
 
 
 def _content_hash(staged: Path, root: Path) -> str:
-    """Hash of all that the built pages depend on: the staged files and the locked environment."""
+    """Hash of all that the built pages depend on: the staged files, the locked environment, the build."""
     digest = hashlib.sha256((root / provenance.LOCK).read_bytes())
+    for build_step in (Path(__file__), Path(__file__).with_name("tagged_equations.py")):
+        digest.update(build_step.read_bytes())
     for path in sorted(path for path in staged.rglob("*") if path.is_file()):
         content = hashlib.sha256(path.read_bytes()).hexdigest()
         digest.update(f"\n{path.relative_to(staged).as_posix()} {content}".encode())
