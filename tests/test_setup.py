@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tomllib
 import zipfile
+from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
@@ -269,30 +270,66 @@ def test_unsuitable_python_is_refused_with_a_sentence(version: str) -> None:
 # -- the commands -----------------------------------------------------------------------
 
 
-def dry_run(target: str) -> list[str]:
-    """The commands that `make` would run, in order."""
-    done = subprocess.run(["make", "--dry-run", target], cwd=ROOT, capture_output=True, text=True, check=True)
-    return [line for line in done.stdout.splitlines() if not line.startswith("make")]
+def make(*words: str) -> subprocess.CompletedProcess[str]:
+    # These tests may themselves be called by make, whose options are not theirs.
+    surroundings = {
+        name: value for name, value in os.environ.items() if not name.startswith(("MAKE", "MFLAGS"))
+    }
+    return subprocess.run(
+        ["make", *words], cwd=ROOT, env=surroundings, capture_output=True, text=True, check=False
+    )
 
 
-def test_make_test_lints_runs_checks_builds_and_ends_with_one_pytest() -> None:
-    commands = dry_run("test")
-    steps = ["bootstrap.py", "ruff check", "mypy", "lint-imports", "thesis run --all", "thesis check"]
-    steps += ["thesis site", "pytest"]
-    places = [next(i for i, command in enumerate(commands) if step in command) for step in steps]
-    assert places == sorted(places)
-    assert places[-1] == len(commands) - 1
-    assert sum("pytest" in command for command in commands) == 1
+@dataclass
+class Rehearsal:
+    """`make` with stand-ins for the tools, which write down that they were called."""
+
+    folder: Path
+
+    def __call__(self, target: str, failing: str = "nothing") -> tuple[int, list[str]]:
+        """Exit status of `make`, and the tools it called; a call that holds `failing` fails."""
+        called = self.folder / "called"
+        called.write_text("")
+        for tool in ("ruff", "mypy", "lint-imports", "thesis", "python"):
+            script = self.folder / tool
+            script.write_text(
+                f'#!/bin/sh\ncall="{tool} $*"\necho "$call" >> "{called}"\n'
+                f'case "$call" in *"{failing}"*) exit 1;; esac\n'
+            )
+            script.chmod(0o755)
+        done = make(f"BIN={self.folder}", f"PYTHON={self.folder / 'python'}", target)
+        return done.returncode, called.read_text().splitlines()
 
 
-def test_make_book_runs_checks_and_builds() -> None:
-    commands = [command.split("bin/")[-1] for command in dry_run("book")]
-    assert commands[1:] == ["thesis run --all", "thesis check", "thesis site"]
+@pytest.fixture
+def rehearsal(tmp_path: Path) -> Rehearsal:
+    return Rehearsal(tmp_path)
 
 
-def test_no_command_goes_on_after_a_failed_one() -> None:
-    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
-    assert not re.findall(r"^\t[@+]*-|\|\| *true|--ignore-errors|^\.IGNORE", makefile, re.MULTILINE)
+INSTALL = ["python scripts/bootstrap.py"]
+LINT = ["ruff check .", "ruff format --check .", "mypy ", "lint-imports "]
+BOOK = ["thesis run --all", "thesis check", "thesis site"]
+
+
+def test_make_book_installs_runs_checks_and_builds(rehearsal: Rehearsal) -> None:
+    assert rehearsal("book") == (0, INSTALL + BOOK)
+
+
+def test_make_test_lints_runs_checks_builds_and_ends_with_one_pytest(rehearsal: Rehearsal) -> None:
+    pytest_call = ["python -m pytest --cov --cov-report=term"]
+    assert rehearsal("test") == (0, INSTALL + LINT + BOOK + pytest_call)
+
+
+def test_make_test_fast_leaves_only_the_chapters_out(rehearsal: Rehearsal) -> None:
+    assert rehearsal("test-fast") == (0, [*INSTALL, *LINT, "python -m pytest -m not book"])
+
+
+@pytest.mark.parametrize("step", [*INSTALL, *LINT, *BOOK, "python -m pytest"])
+def test_failed_step_fails_make_test_and_ends_it(rehearsal: Rehearsal, step: str) -> None:
+    status, called = rehearsal("test", failing=step)
+    assert status != 0
+    assert step in called[-1]
+    assert all(step not in call for call in called[:-1])
 
 
 def test_continuous_integration_is_make_test_and_nothing_else() -> None:
@@ -302,6 +339,6 @@ def test_continuous_integration_is_make_test_and_nothing_else() -> None:
 
 
 def test_help_lists_every_command() -> None:
-    listed = subprocess.run(["make", "help"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    listed = make("help").stdout
     for target in ("book", "test", "test-fast", "lint", "lock", "clean", "help"):
         assert re.search(rf"^make {target} ", listed, re.MULTILINE), target
