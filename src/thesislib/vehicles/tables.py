@@ -28,6 +28,15 @@ class ParameterTable:
         """The parameters shown."""
         return tuple(one for one in self.parameters.parameters if one.source.startswith(self.source))
 
+    @property
+    def columns(self) -> dict[str, tuple[list[str] | list[float], str]]:
+        """The table as columns of a record: name, value and unit, the unit being that of the source."""
+        return {
+            "name": ([one.name for one in self.rows], ""),
+            "value": ([one.quoted(one.value) for one in self.rows], ""),
+            "unit": ([_unit(one).strip() for one in self.rows], ""),
+        }
+
     def _repr_markdown_(self) -> str:
         lines = [("symbol", "description", "value", "range here"), ("---",) * 4]
         remarks: list[str] = []
@@ -39,7 +48,9 @@ class ParameterTable:
                 mark = f" ({len(remarks)})"
             unit = _unit(one)
             value, low, high = (f"{one.quoted(number):.6g}" for number in (one.value, one.low, one.high))
-            lines.append((f"${one.symbol}$", one.description, f"{value}{unit}{mark}", f"{low} … {high}"))
+            lines.append(
+                (f"${one.symbol}$", one.description, f"{value}{unit}{mark}", f"{low}\u00a0…\u00a0{high}")
+            )
         table = "\n".join("| " + " | ".join(line) + " |" for line in lines)
         return "\n\n".join([table, "\n".join(remarks)] if remarks else [table])
 
