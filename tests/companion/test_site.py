@@ -224,6 +224,12 @@ def test_page_that_is_not_in_the_contents_is_refused(project: Path) -> None:
     assert_refused(project, r"book/errata\.md is not in _toc\.yml")
 
 
+def test_contents_that_name_a_page_that_is_not_there_are_refused(project: Path) -> None:
+    with (project / "_toc.yml").open("a") as contents:
+        contents.write("  - file: 03_suspension\n")
+    assert_refused(project, r"_toc\.yml names 03_suspension, and there is no book/03_suspension\.md")
+
+
 def test_code_on_a_page_that_is_no_chapter_is_refused(project: Path) -> None:
     with (project / "book" / "intro.md").open("a") as intro:
         intro.write("\n```{code-cell} ipython3\nprint(1)\n```\n")

@@ -140,6 +140,8 @@ def _pages(root: Path) -> dict[Path, NotebookNode]:
         except SiteError as error:
             reasons.append(str(error))
     listed = _listed(root / "_toc.yml")
+    for name in sorted(listed - {path.stem for path in (root / "book").glob("*.md")}):
+        reasons.append(f"_toc.yml names {name}, and there is no book/{name}.md.")
     for path in sorted((root / "book").glob("*.md")):
         if path.stem not in listed:
             reasons.append(f"book/{path.name} is not in _toc.yml, so that no reader would find it.")
