@@ -48,6 +48,9 @@ def main(arguments: list[str] | None = None) -> int:
     except InstallationError as failure:
         print(f"environment: {failure}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        print("environment: interrupted; the next call starts it afresh", file=sys.stderr)
+        return 130
     return 0
 
 
