@@ -80,6 +80,18 @@ def test_curvature_goes_through_the_stations_and_repeats_with_the_lap(barcelona)
     )
 
 
+def test_curvature_is_the_periodic_cubic_spline_through_the_stations(barcelona):
+    table, period = table_of_barcelona()
+    spline = CubicSpline(
+        np.append(table[:, 0], period), np.append(table[:, 1], table[0, 1]), bc_type="periodic"
+    )
+    # the first and last spacings, where another end condition would show, lie on a straight of 6e-6 1/m
+    s = np.concatenate(
+        [np.linspace(0.0, 30.0, 301), np.linspace(period - 30.0, period, 301)[:-1], barcelona.s]
+    )
+    np.testing.assert_allclose(barcelona.curvature(s), spline(s), rtol=0, atol=1e-16)
+
+
 def test_curvature_rate_is_the_derivative_of_the_curvature(barcelona):
     s, step = np.linspace(3.0, 4640.0, 501), 1e-3
     difference = (barcelona.curvature(s + step) - barcelona.curvature(s - step)) / (2 * step)

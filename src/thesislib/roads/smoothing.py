@@ -60,7 +60,7 @@ def smoothed(road: CentreLine, rms_m: float) -> CentreLine:
     side, kind = (1.0, "smoother") if rms_m > 0 else (-1.0, "rougher")
 
     def variant(log_weight: float) -> CentreLine:
-        return _shifted(road, side * _smoothing_offset(road, math.exp(log_weight)), kind)
+        return _shifted(road, side * smoothing_offset(road, math.exp(log_weight)), kind)
 
     def excess(log_weight: float) -> float:
         return math.log(_rms(offsets(variant(log_weight), road)) / abs(rms_m))
@@ -103,8 +103,21 @@ def _uniform_stations(road: CentreLine) -> Array:
     return np.linspace(0.0, road.length, road.s.size, endpoint=False)
 
 
-def _smoothing_offset(road: CentreLine, weight: float) -> Array:
-    """Return the offset in m to the right at evenly spaced stations that minimises the criterion."""
+def smoothing_offset(road: CentreLine, weight: float) -> Array:
+    """Return the offset to the right that minimises the integral of e^2 + weight (d/ds (C + e'' + C^2 e))^2.
+
+    Parameters
+    ----------
+    road : CentreLine
+        The original.
+    weight : float
+        Weight of the rate of curvature, m^4.
+
+    Returns
+    -------
+    numpy.ndarray, shape (N,)
+        Offset in m at as many evenly spaced stations as ``road`` has; derivatives are differences between them.
+    """
     count = road.s.size
     spacing = road.length / count
     curvature = road.curvature(_uniform_stations(road))
