@@ -47,6 +47,14 @@ def test_stored_values_and_files_outside_data_do_not_count_as_used(root: Path) -
     assert provenance.opened_data_files() == frozenset()
 
 
+def test_hashing_a_file_is_not_using_it(root: Path) -> None:
+    provenance.watch(root)
+    provenance.source_hash(root=root)
+    assert provenance.opened_data_files() == frozenset()
+    (root / "data/tracks/short.csv").read_text()
+    assert provenance.opened_data_files() == {"data/tracks/short.csv"}
+
+
 def test_another_root_forgets_what_was_opened_below_the_first(root: Path, tmp_path: Path) -> None:
     provenance.watch(root)
     (root / "data/tracks/short.csv").read_text()

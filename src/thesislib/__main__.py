@@ -10,6 +10,7 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 
+from thesislib import provenance
 from thesislib.companion.chapters import Chapter, InputError, chapter, chapters
 from thesislib.companion.parameters import changed_values, parameters, split_assignments
 
@@ -30,8 +31,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     command: Callable[[argparse.Namespace], int] = options.command
     signal.signal(signal.SIGTERM, _interrupt)
     try:
+        provenance.project_root()
+    except FileNotFoundError as error:
+        print(f"thesis: {error}", file=sys.stderr)
+        return REFUSED
+    try:
         return command(options)
-    except (InputError, FileNotFoundError) as error:
+    except InputError as error:
         print(f"thesis: {error}", file=sys.stderr)
         return REFUSED
     except KeyboardInterrupt:

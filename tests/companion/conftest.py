@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -141,3 +142,77 @@ def finished() -> Callable[..., None]:
         (chapter.run_folder / "record.json").write_text(json.dumps(record))
 
     return write
+
+
+STUDY_CASES = """
+import os
+from pathlib import Path
+
+def mass(file):
+    text = (Path(os.environ["THESIS_ROOT"]) / "data" / "vehicles" / file).read_text()
+    return {"mass": float(text.partition("=")[2])}
+"""
+
+GOOD = (
+    """
+import logging, os, sys, warnings
+from pathlib import Path
+from thesislib import studies
+from thesislib.companion import Record, Series
+import study_cases
+record = Record("01")
+logging.getLogger("thesislib.test").info("mesh 1: 10 intervals")
+""",
+    """
+rows = Path("../data/tracks/short.csv").read_text().splitlines()
+case = studies.run({"the car": {"file": "car.toml"}}, study_cases.mass)["the car"]
+lap = studies.stored("lap", {"mass": mass}, lambda: {"time": 2.0 * mass})
+thesis = Path("../data/thesis/01.json").read_text()
+""",
+    """
+record.value("mass", mass, "kg")
+record.value("car_mass", case["mass"], "kg")
+record.value("lap_time", lap["time"], "s")
+record.value("lap_is_stored", int(lap.stored), "")
+record.value("intruders", int("intruder" in globals()), "")
+record.figure("1.1", series={"line": Series([0.0, 1.0], [0.0, mass], "m", "kg")})
+record.table("1.1", {"rows": (rows, "")})
+record.compare(["mass"])
+""",
+    "print('the folder is', Path.cwd().name); mass",
+)
+
+
+@dataclass(frozen=True)
+class Executed:
+    """A project after ``thesis run --all``, and what the command said."""
+
+    project: Project
+    said: subprocess.CompletedProcess[str]
+
+
+@pytest.fixture(scope="session")
+def executed(tmp_path_factory: pytest.TempPathFactory) -> Executed:
+    """Run a book of one good chapter and four that fail, each in its own way; not to be changed."""
+    project = small_project(tmp_path_factory.mktemp("executed"))
+    (project.root / "study_cases.py").write_text(STUDY_CASES)
+    project.add("01", *GOOD, parameters="mass: float = 2.0  # 0 .. 10, mass of the body")
+    log = "import logging, math; logging.getLogger('thesislib.test').warning('mesh 1: diverged')"
+    project.add("02", "a = 1", "print('partial')", log, "math.sqrt(-a)", "b = 2")
+    project.add("03", "import time; time.sleep(600)", wall_limit_s=4)
+    project.add("04", "import os", "os._exit(3)")
+    project.add("05", "raise SystemExit(0)")
+    home = project.root / "home"
+    startup = home / ".ipython" / "profile_default" / "startup"
+    startup.mkdir(parents=True)
+    (startup / "00-intruder.py").write_text("intruder = True\n")
+    changes = {"HOME": str(home), "PYTHONPATH": str(project.root), "THESIS_JOBS": "5", "MPLBACKEND": "Agg"}
+    return Executed(project, project.thesis("run", "--all", **changes))
+
+
+@pytest.fixture
+def copied(executed: Executed, tmp_path: Path) -> Project:
+    """A copy of the executed project, to be changed."""
+    root = tmp_path / "copied"
+    shutil.copytree(executed.project.root, root)
+    return Project(root)

@@ -219,12 +219,17 @@ def leave_unfinished(project: Any) -> None:
     path.write_text(path.read_text().replace('"finished"', '"running"'))
 
 
+def spoil_stored_values(project: Any) -> None:
+    (project.root / "data/expected/01.json").write_text("{")
+
+
 @pytest.mark.parametrize(
     ("breaking", "said"),
     [
         (break_nothing, "chapter 01 has no stored values"),
         (remove_record, "chapter 01 has not been run"),
         (fail_last_run, "chapter 01 failed in its last run: code cell 1 raised E: e"),
+        (spoil_stored_values, "01.json is not JSON"),
         (leave_unfinished, "has the status 'running', not 'finished'"),
     ],
 )

@@ -12,7 +12,7 @@ from thesislib.companion import currency, documents
 from thesislib.companion.chapters import Chapter, InputError
 from thesislib.companion.checks import quantities, resampled, stored_file
 from thesislib.companion.orders import RECORD
-from thesislib.companion.tolerances import Tolerance
+from thesislib.companion.tolerances import Tolerance, ToleranceError
 
 __all__ = ["Wishes", "accept"]
 
@@ -60,7 +60,10 @@ def accept(chapter: Chapter, wishes: Wishes, say: Callable[[str], None]) -> None
     """
     record = _acceptable(chapter)
     path = stored_file(chapter)
-    stored = documents.read(path) if path.is_file() else {}
+    try:
+        stored = documents.read(path) if path.is_file() else {}
+    except documents.DocumentError as error:
+        raise InputError(str(error)) from error
     got, old = quantities(record), quantities(stored)
     _check_wishes(chapter, wishes, got, old)
     lines, entries = [], {}
@@ -80,6 +83,8 @@ def _acceptable(chapter: Chapter) -> dict[str, Any]:
         record = documents.read(chapter.run_folder / RECORD)
     except FileNotFoundError as error:
         raise InputError(f"Chapter {chapter.id} has not been run; there is nothing to accept.") from error
+    except documents.DocumentError as error:
+        raise InputError(str(error)) from error
     if record["run"].get("changed"):
         raise InputError(f"The run of chapter {chapter.id} has changed parameters and cannot be accepted.")
     if record["run"].get("from_solution"):
@@ -127,7 +132,7 @@ def _accepted(name: str, entry: Any, old: Any, wishes: Wishes) -> tuple[Any, lis
 def _changes(new: Mapping[str, Any], old: Mapping[str, Any]) -> list[str]:
     """Say how stored numbers change."""
     if not old:
-        return [f"is new{_unit(new)}, {_extent(new)}"]
+        return [f"is new, {_extent(new)}{_unit(new)}"]
     said = [
         f"{key.replace('_', ' ')} {old.get(key)!r} becomes {new.get(key)!r}"
         for key in ("unit", "abscissa_unit", "period")
@@ -169,14 +174,22 @@ def _tolerance(name: str, new: Mapping[str, Any], old: Mapping[str, Any], wishes
     if name in wishes.tolerances:
         absolute, relative = wishes.tolerances[name]
         set_now = Tolerance(absolute, relative, reason, old.get("tolerance", {}).get("spread"))
-        return Tolerance.read(set_now.entry(), _array(new)).entry()
+        return _countable(name, set_now, new)
     if "tolerance" in old:
         kept: dict[str, Any] = old["tolerance"]
         return kept
     part = wishes.new if wishes.new is not None else 0.0
     largest = float(np.max(np.abs(_array(new))))
     # two digits: a tolerance is a decision, not a measurement
-    return Tolerance(float(f"{part * (largest or 1.0):.1e}"), 0.0, reason).entry()
+    return _countable(name, Tolerance(float(f"{part * (largest or 1.0):.1e}"), 0.0, reason), new)
+
+
+def _countable(name: str, tolerance: Tolerance, new: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a new tolerance as it is stored if it counts."""
+    try:
+        return Tolerance.read(tolerance.entry(), _array(new)).entry()
+    except ToleranceError as error:
+        raise InputError(f"The tolerance of {name} cannot be set: {error}.") from error
 
 
 def _document(chapter: Chapter, record: Mapping[str, Any], entries: Mapping[str, Any]) -> dict[str, Any]:

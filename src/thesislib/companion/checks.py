@@ -77,6 +77,8 @@ def check(chapter: Chapter) -> list[Miss]:
         failed = currency.failure(chapter)
         said = "has not been run" if failed is None else f"failed in its last run: {failed}"
         return [Miss("", f"chapter {chapter.id} {said}")]
+    except documents.DocumentError as error:
+        return [Miss("", str(error))]
     stale = currency.staleness(chapter, record)
     if stale is not None:
         return [Miss("", stale)]

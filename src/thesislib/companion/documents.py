@@ -8,12 +8,16 @@ from typing import Any
 
 from thesislib import provenance
 
-__all__ = ["SCHEMA", "formatted", "read", "write"]
+__all__ = ["SCHEMA", "DocumentError", "formatted", "read", "write"]
 
 SCHEMA = 1
 """Version of the layout described in ``docs/record-schema.json``."""
 
 _NUMBERS_PER_LINE = 4
+
+
+class DocumentError(ValueError):
+    """A file that is not the JSON document it should be."""
 
 
 def formatted(value: Any, indent: str = "") -> str:
@@ -57,17 +61,17 @@ def read(path: Path) -> dict[str, Any]:
     ------
     FileNotFoundError
         If there is no such file.
-    ValueError
+    DocumentError
         If it is not a JSON object of the known schema version.
     """
     try:
         value = json.loads(path.read_text(encoding="utf-8"))
     except json.JSONDecodeError as error:
-        raise ValueError(f"{path} is not JSON: {error}.") from error
+        raise DocumentError(f"{path} is not JSON: {error}.") from error
     if not isinstance(value, dict):
-        raise ValueError(f"{path} holds a {type(value).__name__}, not a JSON object.")
+        raise DocumentError(f"{path} holds a {type(value).__name__}, not a JSON object.")
     if value.get("schema", SCHEMA) != SCHEMA:
-        raise ValueError(f"{path} has schema {value['schema']!r}; this program knows {SCHEMA}.")
+        raise DocumentError(f"{path} has schema {value['schema']!r}; this program knows {SCHEMA}.")
     return value
 
 

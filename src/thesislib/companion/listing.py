@@ -24,7 +24,7 @@ def listing(chapter: Chapter) -> Iterator[str]:
             f"      last run {run['started']}: {run['seconds']:.1f} s, {run['peak_memory_mb']:.0f} MB, "
             f"{run['status']}"
         )
-    except FileNotFoundError:
+    except (FileNotFoundError, documents.DocumentError):
         yield "      no run"
     stale = order.staleness()
     yield f"      {'current' if stale is None else 'not current: ' + stale}"

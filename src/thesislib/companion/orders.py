@@ -63,6 +63,8 @@ class Order:
             record = documents.read(self.folder / RECORD)
         except FileNotFoundError:
             return f"Chapter {self.name} has not been run."
+        except documents.DocumentError as error:
+            return f"The record of chapter {self.name} cannot be read: {error}"
         if record.get("run", {}).get("from_solution"):
             return f"The run of chapter {self.name} used stored solutions."
         if not self.notebook.is_file():

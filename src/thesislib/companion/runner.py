@@ -91,7 +91,7 @@ def _pool() -> Iterator[studies.Slots]:
 def _expected_seconds(order: Order) -> float:
     try:
         return float(documents.read(order.folder / RECORD)["run"]["seconds"])
-    except (FileNotFoundError, KeyError):
+    except (FileNotFoundError, KeyError, documents.DocumentError):
         return order.chapter.wall_limit_s
 
 
