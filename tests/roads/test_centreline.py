@@ -98,18 +98,6 @@ def test_curvature_rate_is_the_derivative_of_the_curvature(barcelona):
     np.testing.assert_allclose(barcelona.curvature_rate(s), difference, atol=1e-9)
 
 
-def test_circuit_has_the_sixteen_corners_of_the_thesis(barcelona):
-    s = np.arange(0.0, barcelona.length, 1.0)
-    side = np.sign(barcelona.curvature(s)) * (np.abs(barcelona.curvature(s)) > 0.004)
-    starts = np.flatnonzero(np.diff(side, prepend=0) != 0)
-    corners = ""
-    for begin, end in zip(starts, [*starts[1:], s.size], strict=True):
-        turned = abs(barcelona.heading(s[end - 1]) - barcelona.heading(s[begin]))
-        if side[begin] != 0 and turned > np.radians(10):
-            corners += "R" if side[begin] > 0 else "L"
-    assert corners == "RLRRLLLRRLLRRLRR"
-
-
 def test_circle_has_the_positions_of_a_circle(circle_lines, write_road):
     road = roads.load(write_road(circle_lines))
     s = np.linspace(0.0, road.length, 101)

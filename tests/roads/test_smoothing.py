@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-
 from scipy.interpolate import make_interp_spline
 
 from thesislib import roads
@@ -73,8 +72,8 @@ def test_smoothing_offset_minimises_its_criterion(barcelona):
     s = np.linspace(0.0, barcelona.length, 40000, endpoint=False)
     C, rate = barcelona.curvature(s), barcelona.curvature_rate(s)
     change = e(s, 3) + 2 * C * rate * e(s) + C**2 * e(s, 1)
-    # along multiples of the offset the criterion is a parabola; its lowest point must be at the factor 1, but
-    # for the differences over 5 m by which the offset is computed. Without the term C^2 e it would be at 0.91.
+    # along multiples of the offset the criterion is a parabola; its lowest point must be at the factor 1,
+    # but for the differences over 5 m by which the offset is computed; without the term C^2 e it is at 0.91
     factor = -weight * np.mean(rate * change) / (np.mean(e(s) ** 2) + weight * np.mean(change**2))
     assert factor == pytest.approx(1.0, abs=0.03)
 

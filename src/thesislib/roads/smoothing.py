@@ -116,7 +116,8 @@ def smoothing_offset(road: CentreLine, weight: float) -> Array:
     Returns
     -------
     numpy.ndarray, shape (N,)
-        Offset in m at as many evenly spaced stations as ``road`` has; derivatives are differences between them.
+        Offset in m at as many evenly spaced stations as ``road`` has, between which derivatives are
+        differences.
     """
     count = road.s.size
     spacing = road.length / count

@@ -23,14 +23,14 @@ from thesislib.vehicles.readings import Readings
 from thesislib.vehicles.ride_heights import RideHeightModel
 from thesislib.vehicles.tyres import TyreForces, tyre_forces
 
-STATES = ("n", "xi", "v", "u", "omega")  # (4.25)
-CONTROLS = (
-    *("delta", "kappa_fl", "kappa_fr", "kappa_rl", "kappa_rr"),
-    *("F_flz", "F_frz", "F_rlz", "F_rrz"),
-)  # (4.26)
+WHEELS = ("fl", "fr", "rl", "rr")
+STATES = ("n", "xi", "v", "u", "omega")
+"""Names of the state (4.25)."""
+CONTROLS = ("delta", *(f"kappa_{wheel}" for wheel in WHEELS), *(f"F_{wheel}z" for wheel in WHEELS))
+"""Names of the control (4.26)."""
 
 # The brake ratio must hold while braking and let go while driving. Below some 100 N of rear force the two
-# meet in a rounded corner; it costs 50 N of front braking when the rear axle neither drives nor brakes.
+# meet in a rounded corner, where the front brakes as if the rear did with up to 50 N.
 _BRAKE_CORNER = 100.0**2
 
 
@@ -259,7 +259,7 @@ class RacingCar:
         p: Mapping[str, Any],
     ) -> dict[str, Any]:
         """Return the residuals of (4.16)-(4.18), (4.20), (4.21) and, if so read, of the brake ratio."""
-        fl, fr, rl, rr = (wheels[name].tyre for name in ("fl", "fr", "rl", "rr"))
+        fl, fr, rl, rr = (wheels[name].tyre for name in WHEELS)
         front_z, rear_z = u["F_flz"] + u["F_frz"], u["F_rlz"] + u["F_rrz"]
         pitching = forces.F_x if self.readings.drag_moment == "ground" else forces.F_x - aero.F_ax
         spin_difference = wheels["rl"].Omega - wheels["rr"].Omega
@@ -307,7 +307,7 @@ class _Resultant:
 def _resultant(
     xp: Any, delta: Any, wheels: Mapping[str, _Wheel], F_ax: Any, p: Mapping[str, Any]
 ) -> _Resultant:
-    fl, fr, rl, rr = (wheels[name].tyre for name in ("fl", "fr", "rl", "rr"))
+    fl, fr, rl, rr = (wheels[name].tyre for name in WHEELS)
     sin_delta, cos_delta = xp.sin(delta), xp.cos(delta)
     front_x = cos_delta * (fr.F_x + fl.F_x) - sin_delta * (fr.F_y + fl.F_y)
     front_y = cos_delta * (fr.F_y + fl.F_y) + sin_delta * (fr.F_x + fl.F_x)
