@@ -73,22 +73,19 @@ def check(chapter: Chapter) -> list[Miss]:
     """
     try:
         record = documents.read(chapter.run_folder / RECORD)
-    except FileNotFoundError:
-        failed = currency.failure(chapter)
-        said = "has not been run" if failed is None else f"failed in its last run: {failed}"
-        return [Miss("", f"chapter {chapter.id} {said}")]
+        stale = currency.staleness(chapter, record)
+        if stale is not None:
+            return [Miss("", stale)]
+        return misses(record, documents.read(stored_file(chapter)), chapter.run_folder)
     except documents.DocumentError as error:
         return [Miss("", str(error))]
-    stale = currency.staleness(chapter, record)
-    if stale is not None:
-        return [Miss("", stale)]
-    try:
-        stored = documents.read(stored_file(chapter))
-    except FileNotFoundError:
-        return [
-            Miss("", f"chapter {chapter.id} has no stored values: data/expected/{chapter.id}.json is missing")
-        ]
-    return misses(record, stored, chapter.run_folder)
+    except FileNotFoundError as error:
+        if error.filename == str(stored_file(chapter)):
+            said = f"has no stored values: {error.filename} is missing"
+        else:
+            failed = currency.failure(chapter)
+            said = "has not been run" if failed is None else f"failed in its last run: {failed}"
+        return [Miss("", f"chapter {chapter.id} {said}")]
 
 
 def misses(record: Mapping[str, Any], stored: Mapping[str, Any], folder: Path) -> list[Miss]:
