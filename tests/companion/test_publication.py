@@ -19,6 +19,10 @@ def test_folder_with_a_longer_name_is_another_folder() -> None:
         assert without_paths(other, HIDDEN) == other
 
 
+def test_nothing_to_hide_changes_nothing() -> None:
+    assert without_paths("/home/ann/x", {}) == "/home/ann/x"
+
+
 def test_names_are_replaced_at_every_depth_of_an_output() -> None:
     output = new_output("display_data", data={"application/json": {"files": ["/home/ann/a", 1, None]}})
     assert without_paths(output, HIDDEN).data["application/json"] == {"files": ["~/a", 1, None]}

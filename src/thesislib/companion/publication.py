@@ -110,7 +110,7 @@ def without_paths(value: Any, hidden: Mapping[str, str]) -> Any:
     hidden : mapping
         What stands for each folder name.
     """
-    if isinstance(value, str):
+    if isinstance(value, str) and hidden:
         # The longest first: the environment lies in the project, and the project in the home folder.
         for path in sorted(hidden, key=len, reverse=True):
             value = re.sub(
