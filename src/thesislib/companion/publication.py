@@ -112,11 +112,8 @@ def without_paths(value: Any, hidden: Mapping[str, str]) -> Any:
     """
     if isinstance(value, str) and hidden:
         # The longest first: the environment lies in the project, and the project in the home folder.
-        for path in sorted(hidden, key=len, reverse=True):
-            value = re.sub(
-                rf"(?<![\w.-]){re.escape(path)}(?![\w.-])", lambda _, path=path: hidden[path], value
-            )
-        return value
+        paths = "|".join(re.escape(path) for path in sorted(hidden, key=len, reverse=True))
+        return re.sub(rf"(?<![\w.-])(?:{paths})(?![\w.-])", lambda found: hidden[found[0]], value)
     if isinstance(value, list):
         return [without_paths(item, hidden) for item in value]
     if isinstance(value, Mapping):
