@@ -129,7 +129,7 @@ def _run(options: argparse.Namespace) -> int:
     for order in orders:
         if order not in due:
             print(f"{order.name}: is current")
-    reports = runner.run(due, lambda line: print(line, flush=True))
+    reports = runner.run(due, _say)
     for report in reports:
         if report.failure is None:
             print(f"{report.order.name}: {report.seconds:.1f} s, {report.order.folder}")
@@ -139,6 +139,12 @@ def _run(options: argparse.Namespace) -> int:
                 file=sys.stderr,
             )
     return FAILED if any(report.failure is not None for report in reports) else 0
+
+
+def _say(line: str) -> None:
+    """Print a line in one piece, whoever else is printing."""
+    sys.stdout.write(f"{line}\n")
+    sys.stdout.flush()
 
 
 def _check(options: argparse.Namespace) -> int:

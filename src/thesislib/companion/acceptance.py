@@ -10,7 +10,7 @@ import numpy as np
 
 from thesislib.companion import currency, documents
 from thesislib.companion.chapters import Chapter, InputError
-from thesislib.companion.checks import quantities, resampled, stored_file
+from thesislib.companion.checks import numbers, quantities, resampled, stored_file
 from thesislib.companion.orders import RECORD
 from thesislib.companion.tolerances import Tolerance, ToleranceError
 
@@ -138,7 +138,7 @@ def _changes(new: Mapping[str, Any], old: Mapping[str, Any]) -> list[str]:
         for key in ("unit", "abscissa_unit", "period")
         if old.get(key) != new.get(key)
     ]
-    before, after = _array(old), _array(new)
+    before, after = numbers(old), numbers(new)
     if before.shape != after.shape or before.dtype.kind != after.dtype.kind:
         return [*said, f"{before.size} numbers become {after.size}"]
     if old.get("abscissa") != new.get("abscissa"):
@@ -179,7 +179,7 @@ def _tolerance(name: str, new: Mapping[str, Any], old: Mapping[str, Any], wishes
         kept: dict[str, Any] = old["tolerance"]
         return kept
     part = wishes.new if wishes.new is not None else 0.0
-    largest = float(np.max(np.abs(_array(new))))
+    largest = float(np.max(np.abs(numbers(new))))
     # two digits: a tolerance is a decision, not a measurement
     return _countable(name, Tolerance(float(f"{part * (largest or 1.0):.1e}"), 0.0, reason), new)
 
@@ -187,7 +187,7 @@ def _tolerance(name: str, new: Mapping[str, Any], old: Mapping[str, Any], wishes
 def _countable(name: str, tolerance: Tolerance, new: Mapping[str, Any]) -> dict[str, Any]:
     """Return a new tolerance as it is stored if it counts."""
     try:
-        return Tolerance.read(tolerance.entry(), _array(new)).entry()
+        return Tolerance.read(tolerance.entry(), numbers(new)).entry()
     except ToleranceError as error:
         raise InputError(f"The tolerance of {name} cannot be set: {error}.") from error
 
@@ -220,19 +220,12 @@ def _mapping(entry: Any) -> dict[str, Any]:
     return dict(entry) if isinstance(entry, Mapping) else {}
 
 
-def _array(entry: Mapping[str, Any]) -> np.ndarray:
-    for key in ("ordinate", "values", "value"):
-        if key in entry:
-            return np.atleast_1d(np.array(entry[key]))
-    raise InputError(f"A stored quantity has neither a value nor values nor a series: {sorted(entry)}.")
-
-
 def _unit(entry: Mapping[str, Any]) -> str:
     return f" {entry['unit']}" if entry["unit"] else ""
 
 
 def _extent(entry: Mapping[str, Any]) -> str:
-    numbers = _array(entry)
-    if numbers.size == 1:
-        return f"{numbers[0]:.9g}"
-    return f"{numbers.size} numbers from {numbers.min():.6g} to {numbers.max():.6g}"
+    all_of_it = numbers(entry)
+    if all_of_it.size == 1:
+        return f"{all_of_it[0]:.9g}"
+    return f"{all_of_it.size} numbers from {all_of_it.min():.6g} to {all_of_it.max():.6g}"

@@ -20,7 +20,7 @@ from thesislib.companion.chapters import Chapter
 from thesislib.companion.orders import RECORD
 from thesislib.companion.tolerances import Tolerance, ToleranceError
 
-__all__ = ["Miss", "check", "misses", "quantities", "resampled", "stored_file"]
+__all__ = ["Miss", "check", "misses", "numbers", "quantities", "resampled", "stored_file"]
 
 # of the track's length or the flight's duration, which a solver may move by its own tolerance
 _PERIOD_RELATIVE = 1e-6
@@ -64,6 +64,12 @@ def quantities(document: Mapping[str, Any]) -> dict[str, Any]:
     for name, value in document.get("values", {}).items():
         found[f"values/{name}"] = value
     return found
+
+
+def numbers(entry: Mapping[str, Any]) -> np.ndarray:
+    """Return the numbers of a quantity: a series' ordinate, a column's values, or the one value."""
+    key = next(key for key in ("ordinate", "values", "value") if key in entry)
+    return np.atleast_1d(np.array(entry[key]))
 
 
 def check(chapter: Chapter) -> list[Miss]:

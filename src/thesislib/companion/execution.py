@@ -22,7 +22,16 @@ from typing import Any
 from thesislib.companion import documents
 from thesislib.companion.bookkeeping import FINISH, START, TAG
 
-__all__ = ["NOTEBOOK", "ORDER", "OUTCOME", "PRIVATE", "Outcome", "end_with_descendants", "execute"]
+__all__ = [
+    "NOTEBOOK",
+    "ORDER",
+    "OUTCOME",
+    "PRIVATE",
+    "Outcome",
+    "Watchman",
+    "end_with_descendants",
+    "execute",
+]
 
 ORDER = "order.json"
 OUTCOME = "outcome.json"
@@ -54,7 +63,7 @@ class Outcome:
     peak_memory_mb: float
 
 
-class _Watchman(threading.Thread):
+class Watchman(threading.Thread):
     """Measures the kernel's memory, and ends the kernel at its limit or when nobody waits for it."""
 
     def __init__(self, wall_limit_s: float) -> None:
@@ -101,7 +110,7 @@ def execute(order: Mapping[str, Any], folder: Path) -> Outcome:
     for position, source in ((0, START), (len(notebook.cells) + 1, FINISH)):
         cell = nbformat.v4.new_code_cell(source, metadata={"tags": [TAG, "remove-cell"]})
         notebook.cells.insert(position, cell)
-    watchman = _Watchman(order["wall_limit_s"])
+    watchman = Watchman(order["wall_limit_s"])
     watchman.start()
     failure = None
     try:

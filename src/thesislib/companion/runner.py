@@ -182,13 +182,17 @@ class _Run:
                         raise _Interruption
                 self._pass_on(lines)
         finally:
-            execution.end_with_descendants(process.pid)
-            process.wait()
+            if process.poll() is None:  # else its number may belong to another process by now
+                execution.end_with_descendants(process.pid)
+                process.wait()
         return process.returncode
 
     def _pass_on(self, lines: TextIO) -> None:
-        for line in lines:
+        start = lines.tell()
+        while (line := lines.readline()).endswith("\n"):
             self.say(f"{self.order.name}: {line.rstrip()}")
+            start = lines.tell()
+        lines.seek(start)  # the rest of an unfinished line comes later
 
     def _environment(self) -> dict[str, str]:
         """Return the environment of the chapter's process: the user's, but for what could change a run."""
