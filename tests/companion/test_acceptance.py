@@ -60,7 +60,7 @@ def test_a_first_run_is_accepted_with_a_tolerance_and_then_agrees(
 ) -> None:
     said = run(NEW, content())
     assert "01 values/mass: is new, 2 kg" in said
-    assert f"01 tables/4.1/m: tolerance (absolute:relative) 0.002:0 ({NEW.reason})" in said
+    assert f"01 tables/4.1/m: tolerance (absolute:relative) 0.002:0.0 ({NEW.reason})" in said
     made = stored(project)
     jsonschema.validate(made, SCHEMA)
     assert made["values"]["mass"]["tolerance"] == {"absolute": 0.002, "relative": 0.0, "reason": NEW.reason}
@@ -122,7 +122,7 @@ def test_a_tolerance_changes_only_when_told_and_is_told(project: Any, run: Calla
     (project.root / "data/expected/01.json").write_text(json.dumps(made))
     said = run(Wishes({"values/mass": (0.5, 0.01)}, reason="The spread grew."), content())
     assert said == [
-        "01 values/mass: tolerance (absolute:relative) 0.002:0 becomes 0.5:0.01 (The spread grew.)"
+        "01 values/mass: tolerance (absolute:relative) 0.002:0.0 becomes 0.5:0.01 (The spread grew.)"
     ]
     tolerance = stored(project)["values"]["mass"]["tolerance"]
     assert tolerance == {"absolute": 0.5, "relative": 0.01, "reason": "The spread grew.", "spread": 0.001}

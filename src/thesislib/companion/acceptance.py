@@ -123,8 +123,8 @@ def _accepted(name: str, entry: Any, old: Any, wishes: Wishes) -> tuple[Any, lis
     tolerance = _tolerance(name, new, old, wishes)
     if tolerance != old.get("tolerance"):
         was = old.get("tolerance", {})
-        before = f"{was['absolute']:g}:{was['relative']:g} becomes " if was else ""
-        after = f"{tolerance['absolute']:g}:{tolerance['relative']:g}"
+        before = f"{was.get('absolute')}:{was.get('relative')} becomes " if was else ""
+        after = f"{tolerance['absolute']}:{tolerance['relative']}"
         said.append(f"tolerance (absolute:relative) {before}{after} ({tolerance['reason']})")
     return new | {"tolerance": tolerance}, said
 
@@ -213,7 +213,7 @@ def _document(chapter: Chapter, record: Mapping[str, Any], entries: Mapping[str,
 def _has_numbers(entry: Any) -> bool:
     if not isinstance(entry, Mapping):
         return False
-    return "values" not in entry or not isinstance(entry["values"][0], str)
+    return "values" not in entry or not any(isinstance(each, str) for each in entry["values"])
 
 
 def _mapping(entry: Any) -> dict[str, Any]:
