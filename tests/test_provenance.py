@@ -1,6 +1,8 @@
 """What a process has used, and the hashes that tell whether it is still the same."""
 
+import fnmatch
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -126,10 +128,19 @@ def test_source_hash_moves_with_what_a_solution_may_depend_on(
     assert (provenance.source_hash(root=root, package=package) != before) is moves
 
 
-def test_modules_that_draw_exist_under_the_names_that_are_excluded() -> None:
-    """A renamed drawing module would make every stored solution depend on captions again."""
-    assert any(name.endswith(".figures") for name in provenance.source_files())
-    assert any(name.endswith(".drawings") for name in provenance.source_files())
+def test_exactly_the_modules_that_draw_are_excluded_from_the_source_hash() -> None:
+    """One that is forgotten would have every lap solved again for a colour."""
+    for module, path in provenance.source_files().items():
+        name = module.partition(".")[2]
+        if name.partition(".")[0] in ("companion", "__main__"):
+            continue
+        draws = (
+            re.search(r"^\s*(import|from) (matplotlib|plotly)", path.read_text(), re.MULTILINE) is not None
+        )
+        excluded = any(fnmatch.fnmatchcase(name, pattern) for pattern in provenance.DRAWING_MODULES)
+        assert excluded or not draws, f"{module} draws"
+        solves = re.search(r"^\s*(import|from) (casadi|thesislib.ocp)", path.read_text(), re.MULTILINE)
+        assert not (excluded and solves), f"{module} solves"
 
 
 def test_a_write_that_fails_leaves_the_old_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -59,6 +59,8 @@ DRAWING_MODULES = (
     "*.drawings",
     "*.figures",
     "*.linked",
+    "*.maps",
+    "*.sketching",
     "*.style",
     "*.views",
 )

@@ -63,7 +63,8 @@ def test_everything_recorded_comes_back_to_the_last_bit(record: Record) -> None:
     record.table("4.1", {"input": (["front", "rear"], ""), "C_L": (u[:2], "1/m")})
     record.value("lap_time", np.float64(84.5) / 3, "s")
     record.value("gears", 7, "")
-    record.solve("row C", Solution(compiled=True))
+    record.solve("row C", Solution(compiled=True, converged=True, objective=84.5, regularisation=1e-4))
+    record.solve("row A", Solution(stored=...), stored=True)
     read = content(record)
     series = read["figures"]["4.7"]["series"]["speed"]
     assert series["abscissa"] == s.tolist() and series["ordinate"] == u.tolist()
@@ -72,7 +73,10 @@ def test_everything_recorded_comes_back_to_the_last_bit(record: Record) -> None:
     assert read["tables"]["4.1"]["columns"]["C_L"] == {"values": u[:2].tolist(), "unit": "1/m"}
     assert read["tables"]["4.1"]["columns"]["input"]["values"] == ["front", "rear"]
     assert read["values"] == {"lap_time": {"value": 84.5 / 3, "unit": "s"}, "gears": {"value": 7, "unit": ""}}
-    assert read["solves"] == [{"name": "row C", **SUMMARY, "compiled": True}]
+    row_c, row_a = read["solves"]
+    more = {"compiled": True, "converged": True, "objective": 84.5, "regularisation": 1e-4}
+    assert row_c == {"name": "row C", **SUMMARY, **more}
+    assert row_a == {"name": "row A", **SUMMARY, "stored": True}
     with (record.folder / "figure_4.7_speed.csv").open() as file:
         rows = list(csv.reader(file))
     assert rows[0] == ["abscissa [m]", "speed [m/s]"]

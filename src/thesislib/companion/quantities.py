@@ -37,7 +37,12 @@ _SOLVE_KEYS: dict[str, tuple[str, tuple[type, ...]]] = {
     "seconds": _NUMBER,
     "stored": _TRUTH,
 }
-_OPTIONAL_SOLVE_KEYS: dict[str, tuple[str, tuple[type, ...]]] = {"compiled": _TRUTH}
+_OPTIONAL_SOLVE_KEYS: dict[str, tuple[str, tuple[type, ...]]] = {
+    "compiled": _TRUTH,
+    "converged": _TRUTH,
+    "objective": _NUMBER,
+    "regularisation": _NUMBER,
+}
 
 
 class RecordError(ValueError):

@@ -155,7 +155,7 @@ class Record:
         }
         self._save()
 
-    def solve(self, name: str, solution: Solved) -> None:
+    def solve(self, name: str, solution: Solved, *, stored: bool = False) -> None:
         """Record how a problem was solved.
 
         Parameters
@@ -164,6 +164,8 @@ class Record:
             Name of the solve, different from the other solves'.
         solution : object with a method ``summary()``
             See ``solves`` in ``docs/record-schema.json``.
+        stored : bool
+            Whether the solution was read rather than computed, unless the summary says so itself.
 
         Raises
         ------
@@ -171,11 +173,10 @@ class Record:
             If the name is taken or the summary has not the documented entries.
         """
         taken = [solve["name"] for solve in self.content["solves"]]
-        if name in taken:
-            if self._in_a_run:
-                raise RecordError(f"Solve {name!r} is recorded twice.")
-            del self.content["solves"][taken.index(name)]
-        self.content["solves"].append({"name": name, **solve_entry(solution.summary(), name)})
+        if name in taken and self._in_a_run:
+            raise RecordError(f"The solve {name!r} is recorded twice.")
+        entry = {"name": name, **solve_entry({"stored": stored, **solution.summary()}, name)}
+        self.content["solves"] = [each for each in self.content["solves"] if each["name"] != name] + [entry]
         self._save()
 
     def compare(self, names: Sequence[str]) -> pages.Table:
