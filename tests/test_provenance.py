@@ -128,7 +128,7 @@ def test_source_hash_moves_with_what_a_solution_may_depend_on(
     assert (provenance.source_hash(root=root, package=package) != before) is moves
 
 
-def test_exactly_the_modules_that_draw_are_excluded_from_the_source_hash() -> None:
+def test_modules_that_draw_and_none_that_solve_are_excluded_from_the_source_hash() -> None:
     """One that is forgotten would have every lap solved again for a colour."""
     for module, path in provenance.source_files().items():
         name = module.partition(".")[2]
