@@ -1,5 +1,6 @@
 """Numerical optimal control by multi-interval Legendre–Gauss–Radau collocation."""
 
+from thesislib.ocp import quadrature
 from thesislib.ocp.mesh import Mesh
 from thesislib.ocp.problem import (
     Boundary,
@@ -36,5 +37,6 @@ __all__ = [
     "Solution",
     "SolveError",
     "State",
+    "quadrature",
     "solve",
 ]

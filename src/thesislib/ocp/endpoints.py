@@ -32,12 +32,10 @@ class Endpoints:
         first, last = ca.SX.sym("x0", layout.states), ca.SX.sym("xf", layout.states)
         p, c = ca.SX.sym("p", layout.parameters), ca.SX.sym("c", len(problem.constants))
         start, span = pointwise.range(p)
-        shared = {
-            parameter.name: p[i] * parameter.size for i, parameter in enumerate(problem.all_parameters)
-        }
+        shared = {parameter.name: p[i] * parameter.size for i, parameter in enumerate(problem.all_parameters)}
         shared |= {name: c[i] for i, name in enumerate(problem.constants)}
 
-        def end(states: ca.SX, place: ca.SX) -> Point:
+        def end(states: ca.SX, place: ca.SX | float) -> Point:
             values = {state.name: states[i] * state.size for i, state in enumerate(problem.states)}
             return Point(values | shared | {problem.independent.name: place})
 

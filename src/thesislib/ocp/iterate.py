@@ -189,7 +189,9 @@ def guessed(pointwise: Pointwise, mesh: Mesh, guess: Mapping[str, Any]) -> Itera
         values = value(start + span * fractions) if callable(value) else value
         return np.broadcast_to(np.asarray(values, dtype=float), fractions.shape)
 
-    states = [sampled(state.name, _default(problem, state.name, mesh), mesh.nodes) for state in problem.states]
+    states = [
+        sampled(state.name, _default(problem, state.name, mesh), mesh.nodes) for state in problem.states
+    ]
     controls = [
         sampled(control.name, np.full(mesh.points, _middle(control.bounds)), mesh.collocation)
         for control in problem.controls

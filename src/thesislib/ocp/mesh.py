@@ -150,9 +150,7 @@ class Mesh:
 
     def _interpolate(self, values: Array, fractions: Array, with_end: bool) -> Array:
         fractions = np.atleast_1d(np.asarray(fractions, dtype=float))
-        inside = np.clip(
-            np.searchsorted(self.boundaries, fractions, side="right") - 1, 0, self.intervals - 1
-        )
+        inside = np.clip(np.searchsorted(self.boundaries, fractions, side="right") - 1, 0, self.intervals - 1)
         result = np.empty((values.shape[0], len(fractions)))
         for k in np.unique(inside):
             here = inside == k

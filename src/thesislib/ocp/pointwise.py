@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -125,8 +126,12 @@ class Pointwise:
             rows.append(equations.path[constraint.name] / constraint.size)
         return ca.vertcat(*rows)
 
-    def range(self, p: ca.SX | ca.MX | Array) -> tuple[float, ca.SX | ca.MX | float]:
-        """Return where the independent variable starts and how far it runs."""
+    def range(self, p: Any) -> tuple[float, Any]:
+        """Return where the independent variable starts and how far it runs.
+
+        The length is a number where the end is fixed, else of the kind of the scaled
+        parameters `p`: symbols or an array's element.
+        """
         independent = self.problem.independent
         if independent.is_free:
             return independent.initial, p[-1] * self.parameter_scale[-1] - independent.initial
@@ -210,7 +215,7 @@ def _named(quantities: Sequence[Quantity], values: ca.SX) -> dict[str, ca.SX]:
 
 def _nonzeros(matrix: ca.SX) -> ca.SX:
     """Return the structural nonzeros of a sparse matrix as a dense column."""
-    return ca.vertcat(*matrix.nonzeros()) if matrix.nnz() else ca.SX(0, 1)
+    return ca.SX(matrix.nz[:]) if matrix.nnz() else ca.SX(0, 1)
 
 
 def _repeated(column: Array, times: int) -> Array:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.special import eval_legendre, roots_jacobi
 
 Array = NDArray[np.float64]
@@ -166,8 +166,8 @@ def radau_integration(n: int) -> Array:
     return _frozen(np.linalg.inv(radau_differentiation(n)[:, 1:]))
 
 
-def _frozen(values: Array) -> Array:
+def _frozen(values: ArrayLike) -> Array:
     """Make a cached array read-only, so that no caller can change what the next one gets."""
-    values = np.ascontiguousarray(values, dtype=float)
-    values.flags.writeable = False
-    return values
+    frozen = np.ascontiguousarray(values, dtype=float)
+    frozen.flags.writeable = False
+    return frozen

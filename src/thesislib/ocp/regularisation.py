@@ -9,9 +9,7 @@ from thesislib.ocp.mesh import Mesh
 from thesislib.ocp.pointwise import Pointwise
 
 
-def rate_penalty(
-    pointwise: Pointwise, mesh: Mesh, point_index: np.ndarray, variables: int
-) -> sp.csc_array:
+def rate_penalty(pointwise: Pointwise, mesh: Mesh, point_index: np.ndarray, variables: int) -> sp.csc_array:
     """Return Q such that the regulariser is half of xᵀQx.
 
     Each control û with weight ε contributes ε/2 ∫ (dû/dŝ)² dŝ, with first differences

@@ -89,20 +89,25 @@ def residuals(solution: Solution) -> list[Residual]:
     for constraint, index in zip(problem.path, transcription.path_rows, strict=True):
         label = f"path constraint {constraint.name}"
         found.append(worst(label, rows[index], constraint.size, constraint.unit))
-    for quantity, index in zip(
-        (*problem.states, *problem.controls), transcription.point_index, strict=True
-    ):
+    for quantity, index in zip((*problem.states, *problem.controls), transcription.point_index, strict=True):
         found.append(worst(f"bound of {quantity.name}", bounds[index], quantity.size, quantity.unit))
     for integral, index in zip(problem.integrals, transcription.sum_rows, strict=True):
         total = float(rows[index].sum())
         found.append(
-            Residual(f"integral {integral.name}", None, "whole range", total * integral.size, integral.unit, total)
+            Residual(
+                f"integral {integral.name}", None, "whole range", total * integral.size, integral.unit, total
+            )
         )
     for condition, row in zip(problem.boundary, transcription.boundary_rows, strict=True):
         size = float(rows[row])
         found.append(
             Residual(
-                f"boundary condition {condition.name}", None, "ends", size * condition.size, condition.unit, size
+                f"boundary condition {condition.name}",
+                None,
+                "ends",
+                size * condition.size,
+                condition.unit,
+                size,
             )
         )
     return found
@@ -111,11 +116,11 @@ def residuals(solution: Solution) -> list[Residual]:
 def worst_error(solution: Solution) -> Residual:
     """Return the state and place at which the error estimate is largest."""
     problem, errors = solution.problem, solution.estimate
-    state, interval = np.unravel_index(int(errors.by_state.argmax()), errors.by_state.shape)
+    state, interval = divmod(int(errors.by_state.argmax()), solution.mesh.intervals)
     place = float(solution.places(errors.place[state, interval]))
     error = float(errors.by_state[state, interval])
     where = f"{problem.independent.name} = {place:.1f} {problem.independent.unit}"
-    return Residual(f"state {problem.states[state].name}", int(interval), where, error, "relative", error)
+    return Residual(f"state {problem.states[state].name}", interval, where, error, "relative", error)
 
 
 def _violation(values: Array, lower: Array, upper: Array) -> Array:

@@ -18,7 +18,7 @@ from thesislib.ocp.pointwise import Pointwise
 from thesislib.ocp.problem import Problem, ProblemError
 from thesislib.ocp.quadrature import Array
 from thesislib.ocp.refinement import error_estimate, refined
-from thesislib.ocp.residuals import worst_residual, worst_error
+from thesislib.ocp.residuals import worst_error, worst_residual
 from thesislib.ocp.solution import MeshRecord, Solution
 from thesislib.ocp.transcription import Programme, Transcription
 
@@ -134,7 +134,11 @@ def solve(
         history = list(solution.history)
         _log(problem, solution)
         finer = refined(
-            solution.mesh, solution.estimate.by_interval, settings.tolerance, settings.lowest, settings.highest
+            solution.mesh,
+            solution.estimate.by_interval,
+            settings.tolerance,
+            settings.lowest,
+            settings.highest,
         )
         why = _failure(solution, settings, finer, len(history))
         if why and not accept_best:
@@ -225,7 +229,7 @@ def _solve_on_mesh(
     warm = lam_x is not None
     solver = ca.nlpsol("solver", "ipopt", programme.nlp, _options(programme, settings, warm))
     start = {"x0": np.clip(x, programme.lower, programme.upper)}
-    if warm:
+    if lam_x is not None and lam_g is not None:
         start |= {"lam_x0": lam_x, "lam_g0": lam_g}
     result = solver(
         p=parameters,
@@ -236,9 +240,7 @@ def _solve_on_mesh(
         **start,
     )
     stats = solver.stats()
-    found = unpack(
-        _column(result["x"]), _column(result["lam_x"]), _column(result["lam_g"]), transcription
-    )
+    found = unpack(_column(result["x"]), _column(result["lam_x"]), _column(result["lam_g"]), transcription)
     values = _column(result["x"])
     penalty = 0.5 * float(values @ (transcription.penalty @ values))
     scale = pointwise.problem.objective_scale

@@ -229,7 +229,7 @@ class Transcription:
     def _first_derivatives(
         self, x: ca.MX, point: list[ca.MX], ends: list[ca.MX], penalty: ca.DM
     ) -> tuple[ca.MX, ca.MX]:
-        layout, mesh = self.pointwise.layout, self.mesh
+        mesh = self.mesh
         out, unknown = (np.array(part) for part in self.pointwise.jacobian_sparsity.get_triplet())
         rows, factors = self._output_places()
         nonzeros = ca.vec(self.pointwise.jacobian.map(mesh.points)(*point))
@@ -313,7 +313,13 @@ class Transcription:
                     source.ravel(),
                     source.size,
                 ),
-                (np.minimum(k_index, m_index), np.maximum(k_index, m_index), doubled, np.arange(len(k)), len(k)),
+                (
+                    np.minimum(k_index, m_index),
+                    np.maximum(k_index, m_index),
+                    doubled,
+                    np.arange(len(k)),
+                    len(k),
+                ),
                 (p_rows, p_columns, penalty.data, np.zeros(len(p_rows), dtype=int), 1),
             ],
             sp.coo_array((self.variables, self.variables)),
@@ -324,7 +330,7 @@ class Transcription:
         problem, mesh = self.pointwise.problem, self.mesh
         lower, upper = np.full(self.variables, -np.inf), np.full(self.variables, np.inf)
 
-        def bound(index: np.ndarray | int, quantity: Quantity, bounds: tuple[float, float]) -> None:
+        def bound(index: np.ndarray | np.integer, quantity: Quantity, bounds: tuple[float, float]) -> None:
             lower[index] = np.maximum(lower[index], bounds[0] / quantity.size)
             upper[index] = np.minimum(upper[index], bounds[1] / quantity.size)
 
@@ -335,10 +341,10 @@ class Transcription:
                     bound(self.node_index[j, node], state, interval(values[state.name]))
         for j, control in enumerate(problem.controls):
             bound(self.point_index[len(problem.states) + j], control, control.bounds)
-        for index, integral in zip(self.sum_index, problem.integrals, strict=True):
-            bound(index[-1], integral, integral.bounds)
-        for index, parameter in zip(self.parameter_index, problem.all_parameters, strict=True):
-            bound(index, parameter, parameter.bounds)
+        for total, integral in zip(self.sum_index[:, -1], problem.integrals, strict=True):
+            bound(total, integral, integral.bounds)
+        for place, parameter in zip(self.parameter_index, problem.all_parameters, strict=True):
+            bound(place, parameter, parameter.bounds)
         return lower, upper
 
     def _row_bounds(self) -> tuple[Array, Array]:
