@@ -1,6 +1,6 @@
 """Numerical optimal control by multi-interval Legendre–Gauss–Radau collocation."""
 
-from thesislib.ocp import quadrature
+from thesislib.ocp import optimality, quadrature, sensitivity, storage
 from thesislib.ocp.mesh import Mesh
 from thesislib.ocp.problem import (
     Boundary,
@@ -16,6 +16,7 @@ from thesislib.ocp.problem import (
     ProblemError,
     State,
 )
+from thesislib.ocp.simulation import Simulation, simulate
 from thesislib.ocp.solution import MeshRecord, Solution
 from thesislib.ocp.solver import Settings, SolveError, solve
 
@@ -34,9 +35,14 @@ __all__ = [
     "Problem",
     "ProblemError",
     "Settings",
+    "Simulation",
     "Solution",
     "SolveError",
     "State",
+    "optimality",
     "quadrature",
+    "sensitivity",
+    "simulate",
     "solve",
+    "storage",
 ]

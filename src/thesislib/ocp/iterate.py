@@ -95,6 +95,72 @@ class Iterate:
         return Iterate(mesh, states, controls, self.parameters, multipliers)
 
 
+@dataclass(frozen=True, eq=False)
+class Scales:
+    """What a problem's solver takes for one, in physical units.
+
+    Attributes
+    ----------
+    states, controls, parameters, path, integrals, boundary : ndarray
+        One number per quantity.
+    objective : float
+        Size of the objective.
+    """
+
+    states: Array
+    controls: Array
+    parameters: Array
+    path: Array
+    integrals: Array
+    boundary: Array
+    objective: float
+
+    @classmethod
+    def of(cls, pointwise: Pointwise) -> Scales:
+        """Return the scales of a problem."""
+        problem = pointwise.problem
+        return cls(
+            pointwise.state_scale,
+            pointwise.control_scale,
+            pointwise.parameter_scale,
+            pointwise.path_scale,
+            pointwise.integral_scale,
+            np.array([condition.size for condition in problem.boundary]),
+            problem.objective_scale,
+        )
+
+
+def rescaled(iterate: Iterate, theirs: Scales, ours: Scales) -> Iterate:
+    """Return an iterate in other scales: values shrink as their unit grows, multipliers grow.
+
+    Parameters
+    ----------
+    iterate : Iterate
+        Values and multipliers in the scales `theirs`.
+    theirs, ours : Scales
+        Scales of two problems with the same names.
+
+    Returns
+    -------
+    Iterate
+    """
+    x, u = theirs.states / ours.states, theirs.controls / ours.controls
+    p = theirs.parameters / ours.parameters
+    old, multipliers = iterate.multipliers, None
+    if old is not None:
+        f = theirs.objective / ours.objective
+        multipliers = Multipliers(
+            old.costates * (f / x)[:, None],
+            old.path * (f * ours.path / theirs.path)[:, None],
+            old.bounds * (f / np.concatenate((x, u)))[:, None],
+            old.sums * (f * ours.integrals / theirs.integrals)[:, None],
+            old.boundary * (f * ours.boundary / theirs.boundary),
+            old.parameters * (f / p),
+        )
+    states, controls = iterate.states * x[:, None], iterate.controls * u[:, None]
+    return Iterate(iterate.mesh, states, controls, iterate.parameters * p, multipliers)
+
+
 def pack(iterate: Iterate, transcription: Transcription) -> tuple[Array, Array | None, Array | None]:
     """Return variables, bound multipliers and constraint multipliers of an iterate.
 

@@ -171,8 +171,8 @@ class Pointwise:
         rows = [np.broadcast_to(function(places), fractions.shape) for function in self.problem.data.values()]
         return np.array(rows, dtype=float).reshape(len(rows), len(fractions))
 
-    def evaluate(self, z: Array, parameters: Array, fractions: Array) -> Array:
-        """Return the output vectors at many points.
+    def arguments(self, z: Array, parameters: Array, fractions: Array) -> list[Array]:
+        """Return what the point functions, mapped over many points, take.
 
         Parameters
         ----------
@@ -185,18 +185,19 @@ class Pointwise:
 
         Returns
         -------
-        ndarray, shape (n_outputs, k)
+        list of ndarray, each with k columns
         """
-        data = self.data(fractions, parameters)
-        mapped = self.values.map(len(fractions))
-        result = mapped(
+        return [
             z,
             _repeated(parameters, len(fractions)),
             _repeated(self.constants, len(fractions)),
-            data,
+            self.data(fractions, parameters),
             fractions[None, :],
-        )
-        return np.array(result)
+        ]
+
+    def evaluate(self, z: Array, parameters: Array, fractions: Array) -> Array:
+        """Return the output vectors at many points, shape (n_outputs, k); see `arguments`."""
+        return np.array(self.values.map(len(fractions))(*self.arguments(z, parameters, fractions)))
 
     def derivatives(self, outputs: Array) -> Array:
         """Return the rows of an output matrix that are the scaled state derivatives."""

@@ -276,6 +276,19 @@ class Problem:
         free = Parameter(self.independent.final_name, self.independent.unit, self.independent.final)
         return (*self.parameters, free)
 
+    @property
+    def names(self) -> dict[str, list[str]]:
+        """Names of all that has values or multipliers; problems that share them share solutions."""
+        groups: dict[str, Sequence[Quantity]] = {
+            "states": self.states,
+            "controls": self.controls,
+            "parameters": self.all_parameters,
+            "path constraints": self.path,
+            "integral constraints": self.integrals,
+            "boundary conditions": self.boundary,
+        }
+        return {kind: [quantity.name for quantity in group] for kind, group in groups.items()}
+
     def check(self, equations: Equations) -> None:
         """Refuse equations that do not give exactly what the problem names.
 

@@ -12,7 +12,7 @@ import casadi as ca
 import numpy as np
 
 from thesislib.ocp.endpoints import Endpoints
-from thesislib.ocp.iterate import Iterate, guessed, pack, unpack
+from thesislib.ocp.iterate import Iterate, Scales, guessed, pack, rescaled, unpack
 from thesislib.ocp.mesh import Mesh
 from thesislib.ocp.pointwise import Pointwise
 from thesislib.ocp.problem import Problem, ProblemError
@@ -181,36 +181,10 @@ def _rescaled(guess: Solution, pointwise: Pointwise) -> Iterate:
     if guess.pointwise is pointwise:
         return guess.iterate
     ours, theirs = pointwise.problem, guess.problem
-
-    def names(problem: Problem) -> list[list[str]]:
-        groups = (problem.states, problem.controls, problem.all_parameters, problem.path)
-        return [[q.name for q in group] for group in groups]
-
-    if names(ours) != names(theirs):
-        raise ProblemError(
-            f"{theirs.name!r} cannot start {ours.name!r}: their states, controls, parameters or path "
-            "constraints differ"
-        )
-    old, scales = guess.iterate, guess.pointwise
-    x, u = scales.state_scale / pointwise.state_scale, scales.control_scale / pointwise.control_scale
-    values = replace(
-        old,
-        states=old.states * x[:, None],
-        controls=old.controls * u[:, None],
-        parameters=old.parameters * scales.parameter_scale / pointwise.parameter_scale,
-    )
-    if old.multipliers is None:
-        return values
-    f = theirs.objective_scale / ours.objective_scale
-    c = pointwise.path_scale / scales.path_scale
-    z = np.concatenate((x, u))
-    multipliers = replace(
-        old.multipliers,
-        costates=old.multipliers.costates * (f / x)[:, None],
-        path=old.multipliers.path * (f * c)[:, None],
-        bounds=old.multipliers.bounds * (f / z)[:, None],
-    )
-    return replace(values, multipliers=multipliers)
+    for kind, names in ours.names.items():
+        if theirs.names[kind] != names:
+            raise ProblemError(f"{theirs.name!r} cannot start {ours.name!r}: their {kind} differ")
+    return rescaled(guess.iterate, Scales.of(guess.pointwise), Scales.of(pointwise))
 
 
 def _solve_on_mesh(
