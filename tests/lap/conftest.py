@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy.integrate import cumulative_simpson
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
+
+from thesislib.lap.setups import Setup, Start
 
 
 class SyntheticTrack:
@@ -116,3 +119,34 @@ def synthetic_lap():
 def corners():
     third = SyntheticTrack.length / 3.0
     return [(1, 0.1 * third, "R"), (2, third, "L"), (3, third + 100.0, "R"), (4, 2.0 * third, "R")]
+
+
+OVAL_M, STATIONS = 700.0, 140
+
+
+@pytest.fixture(scope="session")
+def oval(tmp_path_factory):
+    """Path of a road file: 700 m, two fast corners and two that are six times as sharp."""
+    s = np.linspace(0.0, OVAL_M, 20 * STATIONS + 1)
+    swing = 4.0 * np.pi / OVAL_M
+    theta = 2.0 * np.pi * s / OVAL_M + 0.35 * np.sin(swing * s)
+    curvature = 2.0 * np.pi / OVAL_M + 0.35 * swing * np.cos(swing * s)
+    x, y = (cumulative_simpson(direction(theta), x=s, initial=0.0) for direction in (np.cos, np.sin))
+    columns = np.column_stack((s, curvature, np.full(s.shape, 6.0), np.full(s.shape, 6.0), x, y, theta))
+    head = ["# name: oval", f"# period_m: {OVAL_M:.6f}", "# source: geometry", "# licence: CC0-1.0"]
+    rows = [",".join(f"{value:.9f}" for value in row) for row in columns[:-1:20]]
+    path = tmp_path_factory.mktemp("roads") / "oval.csv"
+    names = "s_m,curvature_1pm,w_right_m,w_left_m,x_m,y_m,theta_rad"
+    path.write_text("\n".join([*head, names, *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.fixture(scope="session")
+def start(oval, tmp_path_factory):
+    """The car's lap of the oval, solved coarsely and kept on disk."""
+    folder = tmp_path_factory.mktemp("laps")
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv("THESIS_STORE", str(folder / "store"))
+        kept = Start(Setup(track=str(oval)), 2e-2, 14.0, str(folder / "oval.npz"))
+        assert not kept.solve("oval")
+        yield kept

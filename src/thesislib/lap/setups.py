@@ -1,0 +1,146 @@
+"""What a lap is computed for, in names and numbers, so that other processes and later runs can rebuild it.
+
+A road, a car and a problem hold functions and splines. A `Setup` holds what they are made from: it can be
+sent to a worker process and is part of the key under which a solution is kept.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from thesislib import ocp, roads
+from thesislib.lap.minimum_time import Lap, Units, lap_problem, minimum_lap_time, units_of
+from thesislib.ocp.storage import load, save
+from thesislib.studies import stored
+from thesislib.suspension.metamodel import Metamodel, RearConstant
+from thesislib.vehicles import RacingCar, Readings
+
+
+@dataclass(frozen=True)
+class Setup:
+    """A road, a car, and how their open places are read.
+
+    Attributes
+    ----------
+    track : str
+        Name of the road in ``data/tracks``, or path of a road file.
+    values : mapping of str to float
+        Numbers of the car that differ from its files, in SI: ``{"mass": 700.0}``.
+    readings : Readings
+        Choices about the car that the thesis leaves open.
+    rear_constant : {"printed", "text"}
+        Reading of the rear ride height's constant, see `Metamodel.from_file`.
+    offset_rms_m : float
+        Distance in m, root mean square, of the centre line from the road file's; positive for a smoother
+        line, see `roads.smoothed`.
+    front_slip_limit : float
+        Bound on the size of the front wheels' longitudinal slip.
+    """
+
+    track: str = "barcelona"
+    values: Mapping[str, float] = field(default_factory=dict)
+    readings: Readings = field(default_factory=Readings)
+    rear_constant: RearConstant = "printed"
+    offset_rms_m: float = 0.0
+    front_slip_limit: float = 0.3
+
+    def road(self) -> roads.CentreLine:
+        """Return the road; raises as `roads.load` and `roads.smoothed` do."""
+        return roads.smoothed(roads.load(self.track), self.offset_rms_m)
+
+    def car(self) -> RacingCar:
+        """Return the car with its suspension; raises as `RacingCar.from_file` does."""
+        ride = Metamodel.from_file(rear_constant=self.rear_constant)
+        return RacingCar.from_file(ride=ride, readings=self.readings).replace(**self.values)
+
+    def problem(self, name: str, *, units: Units | None = None) -> ocp.Problem:
+        """Return the minimum lap time problem of this set-up.
+
+        Parameters
+        ----------
+        name : str
+            Name of the problem.
+        units : Units, optional
+            Scaling; by default that of the car. Laps that are compared share one, so that the same
+            regulariser is added to both.
+        """
+        return lap_problem(
+            self.road(), self.car(), name=name, front_slip_limit=self.front_slip_limit, units=units
+        )
+
+    def units(self) -> Units:
+        """Return the fundamental units of section 4.3.1 for the car."""
+        return units_of(self.car())
+
+
+@dataclass(frozen=True)
+class Start:
+    """A lap solved cold, kept on disk, from which other laps start.
+
+    Attributes
+    ----------
+    setup : Setup
+        What it is solved for.
+    tolerance : float
+        Largest relative state error (2.162).
+    interval_m : float
+        Length in m of its first mesh's intervals.
+    path : str
+        Where the solution is kept; ends in ``.npz``.
+    """
+
+    setup: Setup
+    tolerance: float
+    interval_m: float
+    path: str
+
+    def solve(self, name: str) -> bool:
+        """Solve the lap, or in a run from stored solutions find it, and keep it at `path`.
+
+        Parameters
+        ----------
+        name : str
+            Stands in messages and in the name of the stored solution.
+
+        Returns
+        -------
+        bool
+            Whether the solution was read rather than computed.
+
+        Raises
+        ------
+        ocp.SolveError
+            As `minimum_lap_time`.
+        """
+        path = Path(self.path)
+
+        def file() -> Mapping[str, np.ndarray]:
+            lap = minimum_lap_time(
+                self.setup.road(),
+                self.setup.car(),
+                tolerance=self.tolerance,
+                interval_m=self.interval_m,
+                name=name,
+                front_slip_limit=self.setup.front_slip_limit,
+            )
+            save(lap.solution, path)
+            return {"file": np.frombuffer(path.read_bytes(), dtype=np.uint8)}
+
+        result = stored(name, {"setup": self.setup, "tolerance": self.tolerance, "m": self.interval_m}, file)
+        if result.stored:
+            path.write_bytes(np.asarray(result["file"]).tobytes())
+        return result.stored
+
+    def lap(self, name: str = "base lap") -> Lap:
+        """Read the lap that `solve` has kept.
+
+        Raises
+        ------
+        FileNotFoundError, ocp.ProblemError
+            As `thesislib.ocp.storage.load`.
+        """
+        return Lap(name, self.setup.road(), self.setup.car(), load(self.setup.problem(name), self.path))

@@ -1,0 +1,199 @@
+"""What a lap has to stand: re-solves of its neighbours, a finer mesh, and the conditions of optimality.
+
+Re-integration and the first-order conditions come from `thesislib.ocp`; here are the neighbours of a lap
+that is kept on disk, as cases of a study, and what they say about the lap.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from thesislib.lap.minimum_time import Lap, minimum_lap_time
+from thesislib.lap.setups import Start
+from thesislib.ocp.optimality import optimality
+from thesislib.ocp.sensitivity import sensitivity
+from thesislib.vehicles import STATES
+
+HALVED = "every interval halved"
+"""Name of the case whose mesh has every interval of the lap's halved."""
+
+
+def neighbours(
+    start: Start, names: Iterable[str] = ("P_max", "mass"), *, step: float = 0.01
+) -> dict[str, dict[str, Any]]:
+    """Return the cases of `resolved` that verify a lap, for `studies.run`.
+
+    Parameters
+    ----------
+    start : Start
+        The lap.
+    names : iterable of str
+        Numbers of the car to change, each up and down.
+    step : float
+        Relative change, between 0 and 1.
+
+    Returns
+    -------
+    dict
+        `HALVED`, and two cases for each name; see `difference_names`.
+
+    Raises
+    ------
+    KeyError
+        If the car has no such number.
+    """
+    values = start.setup.car().values
+    cases: dict[str, dict[str, Any]] = {HALVED: {"start": start, "halved": True}}
+    for name in names:
+        for case, sign in zip(difference_names(name), (1.0, -1.0), strict=True):
+            cases[case] = {"start": start, "changes": {name: values[name] * (1.0 + sign * step)}}
+    return cases
+
+
+def difference_names(name: str) -> tuple[str, str]:
+    """Return the names of the two cases in which a number of the car is larger and smaller."""
+    return f"more {name}", f"less {name}"
+
+
+def resolved(
+    start: Start, changes: Mapping[str, float] | None = None, halved: bool = False
+) -> dict[str, Any]:
+    """Solve a lap again from itself, on its own mesh or on the halved one; the function of a study.
+
+    On its own mesh no refinement is asked for: the difference of two laps there is the change of one and
+    the same finite problem, not that of two meshes.
+
+    Parameters
+    ----------
+    start : Start
+        The lap.
+    changes : mapping of str to float, optional
+        Numbers of the car in SI that take the place of the lap's.
+    halved : bool
+        Whether every mesh interval is halved.
+
+    Returns
+    -------
+    dict
+        ``lap_time`` and ``objective`` (lap time and regulariser) in s; ``change_n`` …: the largest change
+        of each state at the lap's collocation points; ``error_estimate``.
+
+    Raises
+    ------
+    ocp.SolveError
+        If the solver did not finish, or the error estimate is above 100 times the lap's tolerance.
+    """
+    base = start.lap()
+    setup = replace(start.setup, values={**start.setup.values, **(changes or {})})
+    mesh = base.solution.mesh
+    lap = minimum_lap_time(
+        setup.road(),
+        setup.car(),
+        tolerance=min(100.0 * start.tolerance, 0.1),
+        guess=base,
+        name=HALVED if halved else "neighbour",
+        mesh=mesh.halved() if halved else mesh,
+        units=start.setup.units(),
+        front_slip_limit=setup.front_slip_limit,
+    )
+    moved = {f"change_{state}": _largest_change(lap, base, state) for state in STATES}
+    return {
+        "lap_time": lap.time,
+        "objective": lap.solution.objective + lap.solution.regularisation,
+        "error_estimate": lap.solution.error,
+        **moved,
+    }
+
+
+def _largest_change(lap: Lap, base: Lap, state: str) -> float:
+    return float(np.abs(lap.solution.interpolate(state, base.s) - base[state]).max())
+
+
+@dataclass(frozen=True)
+class Derivative:
+    """Derivative of the minimised objective with respect to one number of the car, got twice.
+
+    Attributes
+    ----------
+    name : str
+        The number.
+    from_multipliers : float
+        By the multipliers of the lap alone, s per unit of the number.
+    from_differences : float
+        By the central difference of two laps solved again.
+    """
+
+    name: str
+    from_multipliers: float
+    from_differences: float
+
+    @property
+    def disagreement(self) -> float:
+        """Difference of the two, relative to the second."""
+        return abs(self.from_multipliers / self.from_differences - 1.0)
+
+
+def derivatives(
+    lap: Lap,
+    results: Mapping[str, Mapping[str, Any]],
+    names: Iterable[str] = ("P_max", "mass"),
+    *,
+    step: float = 0.01,
+) -> dict[str, Derivative]:
+    """Return the derivatives of a lap by its multipliers and by its solved neighbours.
+
+    Both are those of lap time plus regulariser, which is what the solver minimises.
+
+    Parameters
+    ----------
+    lap : Lap
+        The lap.
+    results : mapping
+        Results of the cases of `neighbours`.
+    names, step
+        As given to `neighbours`.
+    """
+    exact = sensitivity(lap.solution)
+    found = {}
+    for name in names:
+        more, less = (float(results[case]["objective"]) for case in difference_names(name))
+        width = 2.0 * step * lap.car.values[name]
+        found[name] = Derivative(name, exact[name], (more - less) / width)
+    return found
+
+
+@dataclass(frozen=True)
+class Condition:
+    """How far one of the first-order conditions of optimality holds along a lap.
+
+    Attributes
+    ----------
+    equation : str
+        ``"costate n"``, ``"control delta"``, ``"hamiltonian"``.
+    at_points, between : float
+        Share of the collocation points, and of the middles between them, at which the residual is below
+        the threshold.
+    """
+
+    equation: str
+    at_points: float
+    between: float
+
+
+def conditions(lap: Lap, *, threshold: float = 1e-3) -> tuple[Condition, ...]:
+    """Return how far the first-order conditions of optimality hold along a lap.
+
+    Parameters
+    ----------
+    lap : Lap
+        The lap.
+    threshold : float
+        Residual, relative to the equation's largest term at the point, that counts as satisfied.
+    """
+    at_points = optimality(lap.solution, "collocation").share(threshold)
+    between = optimality(lap.solution, "between").share(threshold)
+    return tuple(Condition(name, at_points[name], between[name]) for name in at_points)
