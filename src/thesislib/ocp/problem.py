@@ -215,14 +215,16 @@ class Problem:
         Numbers the equations use by name and that can be changed between solves, and
         with respect to which the optimum can be differentiated, without a new compilation.
     data : mapping
-        Functions of the independent variable (ndarray to ndarray) the equations use by name.
+        Functions of the independent variable (ndarray to ndarray) the equations use by name;
+        not with a free end, which would move the points between solves.
     objective_scale : float
         Size of the objective that the solver takes for one.
 
     Raises
     ------
     ProblemError
-        If a name is used twice or is unknown, or an end value lies outside its bounds.
+        If a name is used twice or is unknown, an end value lies outside its bounds, or data are
+        read along a range whose end is free.
     """
 
     name: str
@@ -249,6 +251,11 @@ class Problem:
             raise ProblemError(f"problem {self.name!r} has no state")
         if self.lagrange is None and self.mayer is None:
             raise ProblemError(f"problem {self.name!r} has no objective: give lagrange or mayer")
+        if self.data and self.independent.is_free:
+            raise ProblemError(
+                f"problem {self.name!r} reads the data {', '.join(self.data)} along a range whose end is free: "
+                "data are sampled before the solve, where the points are known"
+            )
         names = [q.name for q in (*self.states, *self.controls, *self.all_parameters)]
         names += [*self.constants, *self.data, self.independent.name]
         twice = sorted({name for name in names if names.count(name) > 1})
