@@ -75,9 +75,7 @@ def hypersensitive() -> Factory:
     """Stiff at both ends, still between them; 1.3308069049 for ten thousand seconds."""
 
     def equations(point: Point) -> Equations:
-        return Equations(
-            {"x": -(point.x**3) + point.u}, integrands={"cost": 0.5 * (point.x**2 + point.u**2)}
-        )
+        return Equations({"x": -(point.x**3) + point.u}, integrands={"cost": 0.5 * (point.x**2 + point.u**2)})
 
     def problem(final: float = 1e4) -> Problem:
         return Problem(
@@ -141,7 +139,10 @@ def everything() -> Factory:
 
     def boundary(ends: Ends) -> dict[str, ca.SX]:
         product = ends.initial.x * ends.final.x
-        return {"ends": ends.initial.v + 0.3 * product - ends.final.offset, "sum": ends.final.v + ends.initial.v}
+        return {
+            "ends": ends.initial.v + 0.3 * product - ends.final.offset,
+            "sum": ends.final.v + ends.initial.v,
+        }
 
     def problem(free_end: bool = False, **constants: float) -> Problem:
         values = {"drag": 0.3, "offset": 0.4, **({"target": 0.5} if free_end else {}), **constants}

@@ -107,9 +107,7 @@ class Pointwise:
     def _outputs(self, z: ca.SX, p: ca.SX, c: ca.SX, w: ca.SX, fraction: ca.SX) -> ca.SX:
         problem = self.problem
         start, span = self.range(p)
-        values = _named(problem.states, z[: self.layout.states] * self.state_scale)
-        values |= _named(problem.controls, z[self.layout.states :] * self.control_scale)
-        values |= _named(problem.all_parameters, p * self.parameter_scale)
+        values = _named((*problem.states, *problem.controls), z) | _named(problem.all_parameters, p)
         values |= dict(zip(problem.constants, ca.vertsplit(c), strict=True)) if c.numel() else {}
         values |= dict(zip(problem.data, ca.vertsplit(w), strict=True)) if w.numel() else {}
         values[problem.independent.name] = start + span * fraction
@@ -210,8 +208,8 @@ class Pointwise:
 
 
 def _named(quantities: Sequence[Quantity], values: ca.SX) -> dict[str, ca.SX]:
-    """Pair quantities with the elements of a column."""
-    return {quantity.name: values[i] for i, quantity in enumerate(quantities)}
+    """Pair quantities with the elements of a column of scaled values, in physical units."""
+    return {quantity.name: values[i] * quantity.size for i, quantity in enumerate(quantities)}
 
 
 def _nonzeros(matrix: ca.SX) -> ca.SX:

@@ -230,7 +230,8 @@ class Transcription:
         self, x: ca.MX, point: list[ca.MX], ends: list[ca.MX], penalty: ca.DM
     ) -> tuple[ca.MX, ca.MX]:
         mesh = self.mesh
-        out, unknown = (np.array(part) for part in self.pointwise.jacobian_sparsity.get_triplet())
+        triplet = self.pointwise.jacobian_sparsity.get_triplet()
+        out, unknown = (np.array(part, dtype=int) for part in triplet)
         rows, factors = self._output_places()
         nonzeros = ca.vec(self.pointwise.jacobian.map(mesh.points)(*point))
         target_rows, target_columns = rows[out], self._unknown_index()[unknown]
