@@ -16,6 +16,7 @@ from thesislib.ocp.problem import (
     ProblemError,
     State,
 )
+from thesislib.ocp.refinement import refined
 from thesislib.ocp.simulation import Simulation, simulate
 from thesislib.ocp.solution import MeshRecord, Solution
 from thesislib.ocp.solver import Settings, SolveError, solve
@@ -41,6 +42,7 @@ __all__ = [
     "State",
     "optimality",
     "quadrature",
+    "refined",
     "sensitivity",
     "simulate",
     "solve",
