@@ -3,7 +3,7 @@
 import pytest
 
 from thesislib.lap import verification
-from thesislib.lap.setups import Start
+from thesislib.lap.setups import Solved, Start
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +40,7 @@ def test_a_wrong_neighbour_shows_in_the_disagreement(start: Start, results) -> N
 def test_a_finer_mesh_moves_the_lap_less_than_its_coarseness_would_allow(start: Start, results) -> None:
     halved = results[verification.HALVED]
     assert 0.0 < abs(halved["lap_time"] - start.lap().time) < 5e-3
-    assert halved["error_estimate"] < start.lap().solution.error
+    assert Solved.of(halved).summary()["error_estimate"] < start.lap().solution.error
     assert 0.0 < halved["change_n"] < 1.0
 
 

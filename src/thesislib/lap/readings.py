@@ -12,7 +12,7 @@ import numpy as np
 from thesislib import ocp
 from thesislib.lap.channels import speed
 from thesislib.lap.minimum_time import Lap, minimum_lap_time
-from thesislib.lap.setups import Setup, Start
+from thesislib.lap.setups import Setup, Solved, Start, told
 from thesislib.vehicles import CONTROLS, STATES
 
 DAMPING_PER_RAD = 100.0
@@ -128,25 +128,20 @@ class Variant:
         s.
     top_speed, lowest_speed : float
         Of the mass centre, m/s.
-    solve : mapping
-        How the problem was solved, as `ocp.Solution.summary` says it.
+    solved : Solved
+        How the problem was solved.
     """
 
     choice: Choice
     lap_time: float
     top_speed: float
     lowest_speed: float
-    solve: Mapping[str, Any]
+    solved: Solved
 
     @classmethod
     def from_result(cls, choice: Choice, result: Mapping[str, Any]) -> Variant:
         """Take what `solved_variant` has returned."""
-        solve = {name.removeprefix("solve_"): v for name, v in result.items() if name.startswith("solve_")}
-        return cls(choice, result["lap_time"], result["top_speed"], result["lowest_speed"], solve)
-
-    def summary(self) -> Mapping[str, Any]:
-        """Return how the problem was solved."""
-        return self.solve
+        return cls(choice, result["lap_time"], result["top_speed"], result["lowest_speed"], Solved.of(result))
 
 
 def solved_variant(setup: Setup, start: Start, tolerance: float, name: str) -> dict[str, Any]:
@@ -166,7 +161,7 @@ def solved_variant(setup: Setup, start: Start, tolerance: float, name: str) -> d
     Returns
     -------
     dict
-        ``lap_time`` s, ``top_speed`` and ``lowest_speed`` m/s, and ``solve_…``: the solve's summary.
+        ``lap_time`` s, ``top_speed`` and ``lowest_speed`` m/s, and what `told` says of the solve.
 
     Raises
     ------
@@ -175,12 +170,11 @@ def solved_variant(setup: Setup, start: Start, tolerance: float, name: str) -> d
     """
     lap = continued(setup, start, tolerance, name)
     mps = speed(lap)
-    solve = {f"solve_{key}": value for key, value in lap.solution.summary().items()}
     return {
         "lap_time": lap.time,
         "top_speed": float(mps.max()),
         "lowest_speed": float(mps.min()),
-        **solve,
+        **told(lap.solution),
     }
 
 

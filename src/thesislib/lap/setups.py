@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -144,3 +145,33 @@ class Start:
             As `thesislib.ocp.storage.load`.
         """
         return Lap(name, self.setup.road(), self.setup.car(), load(self.setup.problem(name), self.path))
+
+
+@dataclass(frozen=True)
+class Solved:
+    """How a problem was solved, as a worker process has told it.
+
+    Attributes
+    ----------
+    entries : mapping
+        What `ocp.Solution.summary` returned there.
+    """
+
+    entries: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, result: Mapping[str, Any]) -> Solved:
+        """Take the entries out of a case's result, where `told` has put them."""
+        return cls({name[len(_SOLVE) :]: value for name, value in result.items() if name.startswith(_SOLVE)})
+
+    def summary(self) -> Mapping[str, Any]:
+        """Return the entries."""
+        return self.entries
+
+
+_SOLVE = "solve "
+
+
+def told(solution: ocp.Solution) -> dict[str, Any]:
+    """Return a solution's summary under the names that keep it apart from a case's other results."""
+    return {_SOLVE + name: value for name, value in solution.summary().items()}
