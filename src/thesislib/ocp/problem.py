@@ -253,8 +253,8 @@ class Problem:
             raise ProblemError(f"problem {self.name!r} has no objective: give lagrange or mayer")
         if self.data and self.independent.is_free:
             raise ProblemError(
-                f"problem {self.name!r} reads the data {', '.join(self.data)} along a range whose end is free: "
-                "data are sampled before the solve, where the points are known"
+                f"problem {self.name!r} reads the data {', '.join(self.data)} along a range whose end is "
+                "free: data are sampled before the solve, where the points are known"
             )
         names = [q.name for q in (*self.states, *self.controls, *self.all_parameters)]
         names += [*self.constants, *self.data, self.independent.name]

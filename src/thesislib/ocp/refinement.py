@@ -96,7 +96,9 @@ def error_estimate(
     return ErrorEstimate(largest, place)
 
 
-def refined(mesh: Mesh, errors: Array, tolerance: float, lowest: int = 3, highest: int = 10) -> Mesh:
+def refined(
+    mesh: Mesh, errors: Array, tolerance: float, lowest: int = 3, highest: int = 10, aim: float = 1.0
+) -> Mesh:
     """Return the next mesh of the ph method, (2.163) and (2.164).
 
     An interval above tolerance gets ⌈log(e/ε)/log N_k⌉ points more (the base of the
@@ -113,6 +115,8 @@ def refined(mesh: Mesh, errors: Array, tolerance: float, lowest: int = 3, highes
         Relative error allowed.
     lowest, highest : int
         N_min and N_max.
+    aim : float
+        Part of the tolerance that takes the place of ε, at most 1.
 
     Returns
     -------
@@ -124,7 +128,7 @@ def refined(mesh: Mesh, errors: Array, tolerance: float, lowest: int = 3, highes
         order = int(mesh.orders[k])
         pieces = 1
         if errors[k] > tolerance:
-            more = max(1, int(np.ceil(np.log(errors[k] / tolerance) / np.log(max(order, 2)))))
+            more = max(1, int(np.ceil(np.log(errors[k] / (aim * tolerance)) / np.log(max(order, 2)))))
             if order + more <= highest:
                 order += more
             else:

@@ -113,6 +113,41 @@ def residuals(solution: Solution) -> list[Residual]:
     return found
 
 
+def undefined(solution: Solution) -> str | None:
+    """Say which equation, or which derivative of one, has no finite value first along the range.
+
+    Parameters
+    ----------
+    solution : Solution
+        Usually one at which the solver met such a number.
+
+    Returns
+    -------
+    str or None
+        None where all are finite.
+    """
+    pointwise, problem, iterate = solution.pointwise, solution.problem, solution.iterate
+    z = np.vstack((iterate.states[:, :-1], iterate.controls))
+    arguments = pointwise.arguments(z, iterate.parameters, solution.mesh.collocation)
+    unknowns = [q.name for q in (*problem.states, *problem.controls, *problem.all_parameters)]
+    labels = list(pointwise.output_names)
+    for output, unknown in zip(*pointwise.jacobian_sparsity.get_triplet(), strict=True):
+        labels.append(f"{pointwise.output_names[output]}, derived by {unknowns[unknown]},")
+    numbers = np.vstack(
+        [
+            np.array(function.map(z.shape[1])(*arguments))
+            for function in (pointwise.values, pointwise.jacobian)
+        ]
+    )
+    for point, column in enumerate(numbers.T):
+        bad = np.flatnonzero(~np.isfinite(column))
+        if bad.size:
+            place = f"{problem.independent.name} = {solution.points[point]:g} {problem.independent.unit}"
+            interval = int(solution.mesh.interval[point])
+            return f"{labels[bad[0]]} is {column[bad[0]]} in interval {interval}, {place}"
+    return None
+
+
 def worst_error(solution: Solution) -> Residual:
     """Return the state and place at which the error estimate is largest."""
     problem, errors = solution.problem, solution.estimate

@@ -18,7 +18,7 @@ from thesislib.ocp.pointwise import Pointwise
 from thesislib.ocp.problem import Problem, ProblemError
 from thesislib.ocp.quadrature import Array
 from thesislib.ocp.refinement import error_estimate, refined
-from thesislib.ocp.residuals import worst_error, worst_residual
+from thesislib.ocp.residuals import undefined, worst_error, worst_residual
 from thesislib.ocp.solution import MeshRecord, Solution
 from thesislib.ocp.transcription import Programme, Transcription
 
@@ -48,7 +48,14 @@ class Settings:
     tolerance : float
         Largest relative state error (2.162).
     optimality : float
-        IPOPT's tolerance on the scaled programme.
+        IPOPT's tolerance on the scaled programme, of the solution that is returned.
+    draft : float, optional
+        IPOPT's tolerance on every mesh before that: meshes that will be refined need no
+        more, and a barrier parameter that has not vanished makes the next start easier. The
+        last mesh is then solved once more. By default the same as `optimality`.
+    aim : float
+        Refinement aims at this part of the tolerance: the decay that (2.163) counts on is too
+        hopeful where controls have kinks, and a mesh more costs more than a few points.
     meshes : int
         Largest number of meshes.
     lowest, highest : int
@@ -67,6 +74,8 @@ class Settings:
 
     tolerance: float = 1e-6
     optimality: float = 1e-8
+    draft: float | None = None
+    aim: float = 1.0
     meshes: int = 20
     lowest: int = 3
     highest: int = 10
@@ -129,8 +138,9 @@ def solve(
         iterate = guessed(pointwise, mesh or Mesh.uniform(10, 4), guess or {})
     endpoints = Endpoints(pointwise)
     history: list[MeshRecord] = []
+    draft = settings.draft is not None and settings.draft > settings.optimality
     while True:
-        solution = _solve_on_mesh(pointwise, endpoints, iterate, settings, history)
+        solution = _solve_on_mesh(pointwise, endpoints, iterate, settings, history, draft)
         history = list(solution.history)
         _log(problem, solution)
         finer = refined(
@@ -139,13 +149,16 @@ def solve(
             settings.tolerance,
             settings.lowest,
             settings.highest,
+            settings.aim,
         )
         why = _failure(solution, settings, finer, len(history))
         if why and not accept_best:
             raise SolveError(why, solution)
-        if why or solution.converged:
+        if why or (solution.converged and not draft):
             return solution
-        iterate = solution.iterate.on(finer)
+        # a polished mesh whose estimate rose above tolerance again is refined and polished, not drafted
+        draft = draft and not solution.converged
+        iterate = solution.iterate.on(solution.mesh if solution.converged else finer)
 
 
 def _failure(solution: Solution, settings: Settings, finer: Mesh, meshes: int) -> str | None:
@@ -154,14 +167,14 @@ def _failure(solution: Solution, settings: Settings, finer: Mesh, meshes: int) -
     if not _finished(solution.status):
         return (
             f"{name}: IPOPT stopped with {solution.status} on mesh {meshes} "
-            f"({solution.mesh.intervals} intervals, {solution.mesh.points} points); largest residual: "
-            f"{worst_residual(solution)}"
+            f"({solution.mesh.intervals} intervals, {solution.mesh.points} points); "
+            f"{undefined(solution) or f'largest residual: {worst_residual(solution)}'}"
         )
     if solution.converged:
         return None
     limit = None
     if meshes >= settings.meshes:
-        limit = f"after {meshes} meshes"
+        limit = f"after {meshes} mesh{'es' if meshes > 1 else ''}"
     elif finer.points > settings.most_points:
         limit = f"and the next mesh would have {finer.points} points, more than {settings.most_points}"
     if limit is None:
@@ -193,6 +206,7 @@ def _solve_on_mesh(
     iterate: Iterate,
     settings: Settings,
     history: list[MeshRecord],
+    draft: bool,
 ) -> Solution:
     begun = _cpu()
     transcription = Transcription(pointwise, endpoints, iterate.mesh)
@@ -201,7 +215,7 @@ def _solve_on_mesh(
     parameters = transcription.parameter_vector(iterate.parameters)
     _refuse_undefined(pointwise, iterate)
     warm = lam_x is not None
-    solver = ca.nlpsol("solver", "ipopt", programme.nlp, _options(programme, settings, warm))
+    solver = ca.nlpsol("solver", "ipopt", programme.nlp, _options(programme, settings, warm, draft))
     start = {"x0": np.clip(x, programme.lower, programme.upper)}
     if lam_x is not None and lam_g is not None:
         start |= {"lam_x0": lam_x, "lam_g0": lam_g}
@@ -242,7 +256,7 @@ def _solve_on_mesh(
     )
 
 
-def _options(programme: Programme, settings: Settings, warm: bool) -> dict[str, Any]:
+def _options(programme: Programme, settings: Settings, warm: bool, draft: bool) -> dict[str, Any]:
     """Return the options of `casadi.nlpsol`."""
     options: dict[str, Any] = {
         **programme.derivatives,
@@ -251,7 +265,7 @@ def _options(programme: Programme, settings: Settings, warm: bool) -> dict[str, 
         "print_time": False,
         "ipopt.print_level": 0,
         "ipopt.sb": "yes",
-        "ipopt.tol": settings.optimality,
+        "ipopt.tol": settings.draft if draft else settings.optimality,
         "ipopt.max_iter": settings.iterations,
         "ipopt.max_cpu_time": settings.seconds,
     }
