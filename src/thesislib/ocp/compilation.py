@@ -26,7 +26,7 @@ FLAGS = ("-O1", "-ffp-contract=off", "-fPIC", "-shared")
 
 
 def compiled(functions: list[ca.Function], wanted: bool | None = None) -> list[ca.Function]:
-    """Return `functions` compiled from generated C, or as they are without a compiler.
+    """Return `functions` compiled from generated C, or as they are without a working compiler.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def compiled(functions: list[ca.Function], wanted: bool | None = None) -> list[c
     compiler = find_compiler() if wanted else None
     if compiler is None:
         if wanted:
-            _say_once_that_there_is_no_compiler()
+            _say_once("no C compiler found")
         return functions
     with tempfile.TemporaryDirectory() as folder:
         generator = ca.CodeGenerator("points.c", {"with_header": False})
@@ -58,18 +58,15 @@ def compiled(functions: list[ca.Function], wanted: bool | None = None) -> list[c
         library = cache_folder() / f"points-{key}.so"
         if not _is_intact(library):
             built = Path(folder) / "points.so"
-            subprocess.run(
-                [compiler, *FLAGS, "-o", str(built), str(Path(folder) / "points.c"), "-lm"],
-                check=True,
-                capture_output=True,
-            )
+            command = [compiler, *FLAGS, "-o", str(built), str(Path(folder) / "points.c"), "-lm"]
+            run = subprocess.run(command, capture_output=True, text=True)
+            if run.returncode:
+                # a compiler without the C library's headers is a usual sight
+                words = run.stderr.strip().splitlines() or ["without a word"]
+                _say_once(f"the C compiler {compiler} fails with status {run.returncode}: {words[0]}")
+                return functions
             _keep(built, library)
     return [ca.external(function.name(), str(library)) for function in functions]
-
-
-def is_compiling() -> bool:
-    """Return whether point functions will be compiled in this process."""
-    return os.environ.get("THESIS_COMPILE", "1") != "0" and find_compiler() is not None
 
 
 @lru_cache(maxsize=1)
@@ -129,5 +126,5 @@ def _keep(built: Path, library: Path) -> None:
 
 
 @lru_cache(maxsize=1)
-def _say_once_that_there_is_no_compiler() -> None:
-    logger.warning("no C compiler found: derivatives run on CasADi's virtual machine, more slowly")
+def _say_once(why: str) -> None:
+    logger.warning("%s; derivatives run on CasADi's virtual machine, more slowly", why)

@@ -134,6 +134,9 @@ def load(problem: Problem, path: Path | str, compile_code: bool | None = None) -
 
 def _read(path: Path) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Return the JSON text and the arrays of a file."""
+    with path.open("rb") as file:
+        if not zipfile.is_zipfile(file):
+            raise ProblemError(f"{path} is not a stored solution: it is no archive")
     try:
         with np.load(path, allow_pickle=False) as archive:
             arrays = {name: archive[name] for name in archive.files}
