@@ -10,7 +10,7 @@ export OPENBLAS_NUM_THREADS := 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help book test test-fast environment chapters check site lint lock clean
+.PHONY: help book test test-fast environment chapters check site lint bench lock clean
 
 help:  ## List these targets
 	@sed -n 's/^\([a-z-]*\):.*  ## \(.*\)/make \1|\2/p' $(firstword $(MAKEFILE_LIST)) | \
@@ -41,6 +41,10 @@ lint: environment  ## Style, types, and which room imports which
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports
+
+bench: environment  ## Measure evaluations and a cold lap, side by side; `make bench KEEP=--keep` files the results
+	@$(BIN)/python benchmarks/evaluation.py $(KEEP)
+	@$(BIN)/python benchmarks/lap.py $(KEEP)
 
 # Pins that are in the lock already are kept; `make lock UPGRADE=--upgrade` takes the newest.
 lock: environment  ## Resolve environment.in into environment-pip.txt
