@@ -8,7 +8,9 @@ from __future__ import annotations
 import argparse
 import signal
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 from thesislib import provenance
 from thesislib.companion.chapters import Chapter, InputError, chapter, chapters
@@ -90,6 +92,14 @@ def _parser() -> argparse.ArgumentParser:
         help="tolerance of quantities that are not stored yet: this part of their largest magnitude",
     )
     command.add_argument("--reason", help="one sentence, stored with the tolerances that are set")
+    command.add_argument(
+        "--agreeing",
+        action="append",
+        default=[],
+        metavar="RECORD",
+        help="record.json of another run that should agree: sets every tolerance to three times the "
+        "largest difference, and at least to --new-tolerance",
+    )
     command.set_defaults(command=_accept)
 
     command = commands.add_parser("site", help="build the pages of the published runs")
@@ -169,8 +179,20 @@ def _accept(options: argparse.Namespace) -> int:
     if len(texts) < len(options.tolerance):
         raise InputError("A tolerance is written QUANTITY=ABSOLUTE or QUANTITY=ABSOLUTE:RELATIVE.")
     tolerances = {name: _tolerance(name, text) for name, text in texts.items()}
-    accept(chapter(options.chapter), Wishes(tolerances, options.new_tolerance, options.reason), print)
+    wishes = Wishes(
+        tolerances, options.new_tolerance, options.reason, [_read(each) for each in options.agreeing]
+    )
+    accept(chapter(options.chapter), wishes, print)
     return 0
+
+
+def _read(path: str) -> Mapping[str, Any]:
+    from thesislib.companion import documents
+
+    try:
+        return documents.read(Path(path))
+    except (FileNotFoundError, documents.DocumentError) as error:
+        raise InputError(f"{path} is no record of a run: {error}") from error
 
 
 def _tolerance(name: str, text: str) -> tuple[float, float]:

@@ -130,6 +130,25 @@ def test_a_tolerance_changes_only_when_told_and_is_told(project: Any, run: Calla
         run(Wishes({"values/mass": (1e-4, 0.0)}, reason="Tight."), content())
 
 
+def test_a_tolerance_from_agreeing_runs_is_three_times_their_largest_difference(
+    project: Any, run: Callable[..., list[str]]
+) -> None:
+    others = [content(mass=2.01), content(mass=1.98, points=501)]
+    run(Wishes(new=1e-6, reason="Measured over three runs.", agreeing=others), content())
+    found = stored(project)
+    assert found["values"]["mass"]["tolerance"]["absolute"] == pytest.approx(0.06)
+    assert found["values"]["mass"]["tolerance"]["spread"] == pytest.approx(0.02)
+    moment = found["figures"]["4.7"]["series"]["moment"]["tolerance"]
+    assert moment["spread"] == pytest.approx(0.2), "the runs differ most at the end of the abscissa"
+
+
+def test_agreeing_runs_without_a_quantity_are_refused(project: Any, run: Callable[..., list[str]]) -> None:
+    other = content()
+    del other["values"]["mass"]
+    with pytest.raises(InputError, match="values/mass is missing in a run that should agree"):
+        run(Wishes(new=1e-6, reason="Measured.", agreeing=[other]), content())
+
+
 def test_a_series_that_no_longer_reaches_as_far_gets_a_new_abscissa(
     project: Any, run: Callable[..., list[str]]
 ) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -19,6 +19,9 @@ __all__ = ["Wishes", "accept"]
 _LARGEST_SERIES = 400
 """A stored series has at most so many points; the record keeps them all."""
 
+_SPREADS = 3.0
+"""A tolerance set from a measured spread is so many times it: two or three runs do not show the largest."""
+
 
 @dataclass(frozen=True)
 class Wishes:
@@ -32,11 +35,15 @@ class Wishes:
         Tolerance of quantities that are not stored yet: this part of the largest magnitude.
     reason : str or None
         The reason stored with the tolerances that are set.
+    agreeing : sequence of mapping
+        Records of other runs that should agree with this one. Where there are any, each tolerance becomes
+        a multiple of the largest difference from them, and at least `new`.
     """
 
     tolerances: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     new: float | None = None
     reason: str | None = None
+    agreeing: Sequence[Mapping[str, Any]] = ()
 
 
 def accept(chapter: Chapter, wishes: Wishes, say: Callable[[str], None]) -> None:
@@ -96,7 +103,7 @@ def _acceptable(chapter: Chapter) -> dict[str, Any]:
 
 
 def _check_wishes(chapter: Chapter, wishes: Wishes, got: Mapping[str, Any], old: Mapping[str, Any]) -> None:
-    if (wishes.tolerances or wishes.new is not None) and not (wishes.reason or "").strip():
+    if (wishes.tolerances or wishes.agreeing or wishes.new is not None) and not (wishes.reason or "").strip():
         raise InputError("A tolerance is set with its reason only: add --reason 'one sentence'.")
     for name in wishes.tolerances:
         if name not in got or not _has_numbers(got[name]):
@@ -175,13 +182,27 @@ def _tolerance(name: str, new: Mapping[str, Any], old: Mapping[str, Any], wishes
         absolute, relative = wishes.tolerances[name]
         set_now = Tolerance(absolute, relative, reason, old.get("tolerance", {}).get("spread"))
         return _countable(name, set_now, new)
-    if "tolerance" in old:
+    if "tolerance" in old and not wishes.agreeing:
         kept: dict[str, Any] = old["tolerance"]
         return kept
     part = wishes.new if wishes.new is not None else 0.0
-    largest = float(np.max(np.abs(numbers(new))))
+    least = part * (float(np.max(np.abs(numbers(new)))) or 1.0)
+    spread = max((_spread(name, new, quantities(other)) for other in wishes.agreeing), default=None)
+    absolute = max(least, _SPREADS * spread) if spread is not None else least
     # two digits: a tolerance is a decision, not a measurement
-    return _countable(name, Tolerance(float(f"{part * (largest or 1.0):.1e}"), 0.0, reason), new)
+    return _countable(name, Tolerance(float(f"{absolute:.1e}"), 0.0, reason, spread), new)
+
+
+def _spread(name: str, new: Mapping[str, Any], others: Mapping[str, Any]) -> float:
+    """Return the largest difference between a quantity as it is stored and another run's."""
+    if name not in others:
+        raise InputError(f"{name} is missing in a run that should agree.")
+    other = others[name]
+    try:
+        theirs = resampled(other, np.array(new["abscissa"])) if "abscissa" in new else numbers(other)
+        return float(np.max(np.abs(theirs - numbers(new))))
+    except ValueError as error:
+        raise InputError(f"{name} cannot be compared with a run that should agree: {error}.") from error
 
 
 def _countable(name: str, tolerance: Tolerance, new: Mapping[str, Any]) -> dict[str, Any]:
