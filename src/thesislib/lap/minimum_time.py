@@ -1,4 +1,4 @@
-"""The minimum lap time problem of section 4.3, and the lap that solves it."""
+"""The lap of minimum time: how it is solved, and what it tells."""
 
 from __future__ import annotations
 
@@ -10,44 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thesislib import ocp
+from thesislib.lap.problem import RateWeights, Units, lap_problem, units_of
 from thesislib.lap.start import quasi_steady_start
 from thesislib.roads import CentreLine
 from thesislib.vehicles.racing_car import CONTROLS, STATES, RacingCar
 
+__all__ = ["Lap", "Units", "lap_problem", "minimum_lap_time", "units_of"]
+
 Array = NDArray[np.float64]
-
-FRONT_HEIGHT_LIMIT_M = 0.015
-"""Largest front ride height, SAE (towards the road), of every case of section 4.4."""
-
-HALF_WIDTH_M = 4.0
-"""The mass centre stays within this distance of the centre line (section 4.4)."""
-
-# Steering and slips are about a tenth where they matter; in units of one they would be the
-# smallest numbers of the programme. The same holds for a ride height in car lengths, whose
-# distance to its limit would be lost in the barrier term, and for roll angles.
-ANGLE_SCALE = 0.1
-HEIGHT_SCALE_M = 0.01
-ROLL_SCALE_RAD = 0.05
-
-
-@dataclass(frozen=True)
-class RateWeights:
-    """Weights of the control-rate regularisation (2.171), dimensionless.
-
-    Attributes
-    ----------
-    steer, slip : float
-        Of the steering angle and of the four longitudinal slips, in units of 0.1, per car
-        length.
-    """
-
-    steer: float = 1e-3
-    slip: float = 1e-4
-
-
-# Without regularisation the slips zig-zag between collocation points and the solver does not
-# converge; ten times less of it changes the lap time by 4 ms.
-RATE_WEIGHTS = RateWeights()
 
 # A cold solve starts with slips that hardly move: beyond its peak a tyre's force is flat, the
 # slip nearly arbitrary and the programme far from convex. The first mesh is solved so, and its
@@ -55,53 +25,17 @@ RATE_WEIGHTS = RateWeights()
 STARTING_WEIGHTS = RateWeights(1e-2, 1e-2)
 STARTING_ERROR = 0.9
 
+# The car is unstable along much of the lap when nobody steers (its side slip grows tenfold within
+# 20 m of turn 3). In long intervals an error far below tolerance would grow to centimetres before
+# a re-integration of ten of them ends.
+LONGEST_INTERVAL_M = 8.0
+
+ACTIVE_WITHIN = 2e-3
+"""A constraint counts as active within this part of its bound."""
+
 # Draft meshes keep the barrier parameter near 1e-6, which lets the next mesh start in about ten
 # iterations; the lap time they show is 4 ms too long, until the last mesh is solved to the end.
 SETTINGS = ocp.Settings(optimality=1e-7, draft=1e-5, barrier=1e-6, aim=0.2)
-
-
-@dataclass(frozen=True)
-class Units:
-    """Fundamental units of the scaling of section 4.3.1: the car's length, its mass, gravity.
-
-    Attributes
-    ----------
-    length : float
-        Wheelbase, m.
-    mass : float
-        Mass of the car, kg.
-    gravity : float
-        m/s².
-    """
-
-    length: float
-    mass: float
-    gravity: float
-
-    @property
-    def time(self) -> float:
-        """√(l0/g), s (printed upside down in the thesis)."""
-        return float(np.sqrt(self.length / self.gravity))
-
-    @property
-    def speed(self) -> float:
-        """√(g l0), m/s."""
-        return self.length / self.time
-
-    @property
-    def force(self) -> float:
-        """M g, N."""
-        return self.mass * self.gravity
-
-    @property
-    def moment(self) -> float:
-        """M g l0, N m."""
-        return self.force * self.length
-
-    @property
-    def power(self) -> float:
-        """M g √(g l0), W."""
-        return self.force * self.speed
 
 
 @dataclass(frozen=True, eq=False)
@@ -185,31 +119,38 @@ class Lap:
         return tuple(self._channels)
 
     def activity(self, name: str) -> NDArray[np.bool_]:
-        """Return where a constraint is active, judged by its multiplier.
+        """Return where a constraint is active: closer to its bound than `ACTIVE_WITHIN` of its size.
 
         Parameters
         ----------
         name : {"power", "ride_height", "left_edge", "right_edge", "kappa_front", "kappa_rear"}
             The constraint: engine power, the plank limit of the front ride height, the edges
-            of the road, the slip limits of either axle.
+            of the road, the slip limits of either axle (in front, that of braking).
 
         Returns
         -------
         ndarray of bool, shape (N,)
+
+        Raises
+        ------
+        KeyError
+            If there is no such constraint; the message lists them.
         """
-        if name in ("power", "ride_height"):
-            return _acting(self.solution.path_multiplier(name))
-        if name in ("left_edge", "right_edge"):
-            price = self.solution.bound_multiplier("n")
-            return _acting(price) & ((price > 0) if name == "right_edge" else (price < 0))
-        if name in ("kappa_front", "kappa_rear"):
-            side = name[len("kappa_")]
-            prices = [self.solution.bound_multiplier(f"kappa_{side}{wheel}") for wheel in "lr"]
-            return _acting(prices[0]) | _acting(prices[1])
-        raise KeyError(
-            f"no constraint is named {name!r}; known: power, ride_height, left_edge, right_edge, "
-            "kappa_front, kappa_rear"
-        )
+        bounds = {q.name: q.bounds for q in (*self.solution.problem.states, *self.solution.problem.controls)}
+        limits = {path.name: path.bounds[1] for path in self.solution.problem.path}
+        edge = bounds["n"][1]
+        front, rear = abs(bounds["kappa_fl"][0]), bounds["kappa_rl"][1]
+        used = {
+            "power": lambda: self["power"] / self.car.values["P_max"],
+            "ride_height": lambda: self["h_f"] / limits.get("ride_height", np.inf),
+            "left_edge": lambda: -self["n"] / edge,
+            "right_edge": lambda: self["n"] / edge,
+            "kappa_front": lambda: -np.minimum(self["kappa_fl"], self["kappa_fr"]) / front,
+            "kappa_rear": lambda: np.maximum(np.abs(self["kappa_rl"]), np.abs(self["kappa_rr"])) / rear,
+        }
+        if name not in used:
+            raise KeyError(f"no constraint is named {name!r}; known: {', '.join(used)}")
+        return np.asarray(used[name]() > 1 - ACTIVE_WITHIN)
 
 
 def minimum_lap_time(
@@ -262,140 +203,17 @@ def minimum_lap_time(
     if guess is not None:
         solution = ocp.solve(problem, guess.solution, mesh, settings, tolerance=tolerance)
         return Lap(name, track, car, solution)
+    # nothing of the first two solutions is left in the lap: drafts of them are enough
+    drafted = replace(settings, optimality=settings.draft or settings.optimality, tolerance=STARTING_ERROR)
     first = lap_problem(track, car, name=f"{name}, start", **{**options, "weights": STARTING_WEIGHTS})
     mesh = mesh or ocp.Mesh.uniform(max(1, round(track.length / interval_m)), 4)
-    start = ocp.solve(first, quasi_steady_start(track, car), mesh, settings, tolerance=STARTING_ERROR)
-    finer = ocp.refined(start.mesh, start.estimate.by_interval, tolerance, aim=settings.aim)
-    solution = ocp.solve(problem, start, finer, settings, tolerance=tolerance)
-    return Lap(name, track, car, replace(solution, history=(*start.history, *solution.history)))
+    start = ocp.solve(first, quasi_steady_start(track, car), mesh, drafted)
+    settled = ocp.solve(problem, start, _finer(start, tolerance, settings), drafted)
+    finer = _finer(settled, tolerance, settings).divided(LONGEST_INTERVAL_M / track.length)
+    solution = ocp.solve(problem, settled, finer, settings, tolerance=tolerance)
+    history = (*start.history, *settled.history, *solution.history)
+    return Lap(name, track, car, replace(solution, history=history))
 
 
-def lap_problem(
-    track: CentreLine,
-    car: RacingCar,
-    *,
-    name: str = "minimum lap time",
-    half_width_m: float = HALF_WIDTH_M,
-    front_height_limit_m: float = FRONT_HEIGHT_LIMIT_M,
-    front_slip_limit: float = 0.3,
-    weights: RateWeights = RATE_WEIGHTS,
-    units: Units | None = None,
-) -> ocp.Problem:
-    """State the minimum lap time problem.
-
-    Parameters
-    ----------
-    track : CentreLine
-        The road; its curvature enters as data.
-    car : RacingCar
-        The car; all its numbers enter as constants, with respect to which the optimum can be
-        differentiated.
-    name : str
-        Name of the problem.
-    half_width_m : float
-        Bound on |n|.
-    front_height_limit_m : float
-        Bound on the front ride height.
-    front_slip_limit : float
-        Bound on the size of the front wheels' longitudinal slip.
-    weights : RateWeights
-        Weights of the control-rate regulariser.
-    units : Units, optional
-        Scaling; by default that of the car. Laps that are compared share one.
-
-    Returns
-    -------
-    ocp.Problem
-    """
-    units = units or units_of(car)
-    residual_units = {
-        "vertical_balance": ("N", units.force),
-        "roll_balance": ("N m", units.moment),
-        "pitch_balance": ("N m", units.moment),
-        "roll_difference": ("rad", ROLL_SCALE_RAD),
-        "brake_difference": ("N", units.force),
-        "brake_ratio": ("N", units.force),
-        "differential_balance": ("N m", units.moment),
-    }
-    path = [
-        ocp.Path(equation, residual_units[equation][0], (0.0, 0.0), residual_units[equation][1])
-        for equation in car.equations
-    ]
-    path.append(ocp.Path("power", "W", (-np.inf, 0.0), units.power))
-    limited_height = car.readings.suspension == "metamodel"
-    if limited_height:
-        path.append(ocp.Path("ride_height", "m", (-np.inf, front_height_limit_m), HEIGHT_SCALE_M))
-
-    def equations(at: ocp.Point) -> ocp.Equations:
-        values = {constant: at[constant] for constant in car.values}
-        q = car.quantities(
-            {state: at[state] for state in STATES},
-            {control: at[control] for control in CONTROLS},
-            at.curvature,
-            values=values,
-        )
-        expressions = {equation: q[equation] for equation in car.equations}
-        expressions["power"] = q["power"] - values["P_max"]
-        if limited_height:
-            expressions["ride_height"] = q["h_f"]
-        return ocp.Equations(
-            derivatives={state: q[f"d{state}_ds"] for state in STATES},
-            path=expressions,
-            integrands={"slowness": q["slowness"]},
-        )
-
-    return ocp.Problem(
-        name=name,
-        independent=ocp.Independent("s", 0.0, track.length, unit="m", scale=units.length),
-        states=_states(units, half_width_m),
-        controls=_controls(units, car, front_slip_limit, weights),
-        equations=equations,
-        lagrange="slowness",
-        path=path,
-        periodic=STATES,
-        constants=car.values,
-        data={"curvature": track.curvature},
-        objective_scale=units.time,
-    )
-
-
-def units_of(car: RacingCar) -> Units:
-    """Return the fundamental units of section 4.3.1 for a car."""
-    values = car.values
-    return Units(values["wheelbase"], values["mass"], values["gravity"])
-
-
-def _states(units: Units, half_width: float) -> list[ocp.State]:
-    return [
-        ocp.State("n", "m", (-half_width, half_width), units.length),
-        ocp.State("xi", "rad", (-1.0, 1.0), 1.0),
-        ocp.State("v", "m/s", (-30.0, 30.0), units.speed),
-        ocp.State("u", "m/s", (5.0, 120.0), units.speed),
-        ocp.State("omega", "rad/s", (-4.0, 4.0), 1 / units.time),
-    ]
-
-
-def _controls(units: Units, car: RacingCar, front_slip: float, weights: RateWeights) -> list[ocp.Control]:
-    # F_flx = F_frx makes the right front slip follow the left one: bounding both at zero would
-    # make three dependent active constraints and leave the multipliers undetermined.
-    right_front = (-front_slip, 0.0 if car.readings.brake == "free" else front_slip)
-    slips = {
-        "kappa_fl": (-front_slip, 0.0),
-        "kappa_fr": right_front,
-        "kappa_rl": (-0.3, 0.3),
-        "kappa_rr": (-0.3, 0.3),
-    }
-    steer = ocp.Control("delta", "rad", (-0.35, 0.35), ANGLE_SCALE, rate_weight=weights.steer)
-    return [
-        steer,
-        *(
-            ocp.Control(slip, "-", bounds, ANGLE_SCALE, rate_weight=weights.slip)
-            for slip, bounds in slips.items()
-        ),
-        *(ocp.Control(load, "N", (-3 * units.force, 0.0), units.force) for load in CONTROLS[5:]),
-    ]
-
-
-def _acting(price: Array) -> NDArray[np.bool_]:
-    """Return where a multiplier density is not just the barrier's remainder."""
-    return np.asarray(np.abs(price) > 1e-3 * max(float(np.abs(price).max()), 1e-300))
+def _finer(solution: ocp.Solution, tolerance: float, settings: ocp.Settings) -> ocp.Mesh:
+    return ocp.refined(solution.mesh, solution.estimate.by_interval, tolerance, aim=settings.aim)
