@@ -117,14 +117,19 @@ class Mesh:
         return Mesh(np.sort(np.concatenate((self.boundaries, middles))), np.repeat(self.orders, 2))
 
     def divided(self, longest: float) -> Mesh:
-        """Return the mesh with every interval wider than `longest` in equal parts, orders kept."""
+        """Return the mesh with every interval wider than `longest` in equal parts.
+
+        The parts of a divided interval get two collocation points less than it had, but at
+        least three: halving the width is worth about as much as two points.
+        """
         # the remainder of a rounded quotient must not make a part more
         parts = np.maximum(1, np.ceil(self.widths / longest - 1e-9).astype(int))
         steps = np.repeat(self.widths / parts, parts)
         within = np.concatenate([np.arange(1, count + 1) for count in parts])
         ends = np.repeat(self.boundaries[:-1], parts) + within * steps
         ends[np.cumsum(parts) - 1] = self.boundaries[1:]
-        return Mesh(np.concatenate(([0.0], ends)), np.repeat(self.orders, parts))
+        orders = np.where(parts > 1, np.maximum(self.orders - 2, np.minimum(self.orders, 3)), self.orders)
+        return Mesh(np.concatenate(([0.0], ends)), np.repeat(orders, parts))
 
     def interpolate_states(self, values: Array, fractions: Array) -> Array:
         """Evaluate state polynomials (2.143), supported by an interval's points and its end.
