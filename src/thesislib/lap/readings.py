@@ -11,7 +11,7 @@ import numpy as np
 
 from thesislib import ocp
 from thesislib.lap.channels import speed
-from thesislib.lap.minimum_time import Lap, minimum_lap_time
+from thesislib.lap.minimum_time import SETTINGS, Lap, minimum_lap_time
 from thesislib.lap.setups import Setup, Solved, Start, told
 from thesislib.vehicles import CONTROLS, STATES
 
@@ -211,9 +211,9 @@ def continued(setup: Setup, start: Start, tolerance: float, name: str) -> Lap:
             units=units,
             front_slip_limit=setup.front_slip_limit,
         )
-    solution = ocp.solve(
-        setup.problem(name, units=units), _course(base, road.length), base.solution.mesh, tolerance=tolerance
-    )
+    problem = setup.problem(name, units=units)
+    course = _course(base, road.length)
+    solution = ocp.solve(problem, course, base.solution.mesh, SETTINGS, tolerance=tolerance)
     return Lap(name, road, car, solution)
 
 
