@@ -92,6 +92,15 @@ def test_every_feature_together_satisfies_the_solved_conditions(everything):
     assert found.residuals["costate v"][inside].max() < 1e-5
 
 
+def test_residuals_relative_to_the_range_are_the_smaller_ones(everything):
+    solution = ocp.solve(everything(), mesh=Mesh.uniform(10, 6), tolerance=1e-6, optimality=1e-11)
+    strict, wide = (optimality(solution, relative_to=size).residuals for size in ("point", "range"))
+    for name in strict:
+        assert np.all(wide[name] <= strict[name])
+        # the same residuals in another unit: the largest term is somewhere, and there they agree
+        assert np.any(wide[name] > 0.1 * strict[name])
+
+
 def test_solution_without_multipliers_is_refused(slide):
     bare = ocp.iterate.Iterate(**{**vars(slide.iterate), "multipliers": None})
     with pytest.raises(ocp.ProblemError, match="'brachistochrone' has no multipliers"):

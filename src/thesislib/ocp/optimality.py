@@ -47,7 +47,7 @@ STEP = 6e-6
 
 @dataclass(frozen=True, eq=False)
 class Optimality:
-    """Residuals of the first-order conditions, relative to the equation's largest term at the point.
+    """Residuals of the first-order conditions, relative to the largest term of their equation.
 
     Attributes
     ----------
@@ -69,7 +69,11 @@ class Optimality:
         return {name: float(np.mean(values < below)) for name, values in self.residuals.items()}
 
 
-def optimality(solution: Solution, where: Literal["between", "collocation"] = "between") -> Optimality:
+def optimality(
+    solution: Solution,
+    where: Literal["between", "collocation"] = "between",
+    relative_to: Literal["point", "range"] = "point",
+) -> Optimality:
     """Return the residuals of the first-order conditions.
 
     Parameters
@@ -78,7 +82,11 @@ def optimality(solution: Solution, where: Literal["between", "collocation"] = "b
         A solution with its multipliers.
     where : {"between", "collocation"}
         In the middle between neighbouring points of an interval, its end included; or at the
-        collocation points. Values and multipliers follow the polynomials of their interval.
+        at the collocation points. Values and multipliers follow the polynomials of their interval.
+    relative_to : {"point", "range"}
+        Whether a residual is measured by the largest term of its equation at the same point, or
+        anywhere along the range. The first is the stricter one: it counts rounding and the small jumps
+        of the costates at mesh points wherever nothing much happens, as on a straight.
 
     Returns
     -------
@@ -93,9 +101,8 @@ def optimality(solution: Solution, where: Literal["between", "collocation"] = "b
     if multipliers is None:
         raise ProblemError(f"the solution of {solution.problem.name!r} has no multipliers")
     problem = solution.problem
-    along = _Along(
-        solution, multipliers, _Grid(solution.mesh, _middles if where == "between" else radau_points)
-    )
+    grid = _Grid(solution.mesh, _middles if where == "between" else radau_points)
+    along = _Along(solution, multipliers, grid, over_range=relative_to == "range")
     hamiltonian = _hamiltonian(solution, multipliers)
     residuals = _costate_equations(along) | _control_equations(along)
     residuals["hamiltonian"] = _hamiltonian_equation(along, hamiltonian)
@@ -158,8 +165,9 @@ class _Grid:
 class _Along:
     """A solution, its multipliers and the Lagrangian's derivatives at the places of a grid."""
 
-    def __init__(self, solution: Solution, multipliers: Multipliers, grid: _Grid) -> None:
+    def __init__(self, solution: Solution, multipliers: Multipliers, grid: _Grid, over_range: bool) -> None:
         iterate = solution.iterate
+        self.over_range = over_range
         self.solution, self.multipliers, self.grid = solution, multipliers, grid
         self.z = np.vstack((grid.values(iterate.states), grid.values(iterate.controls)))
         self.slopes = np.vstack((grid.slopes(iterate.states), grid.slopes(iterate.controls)))
@@ -193,6 +201,17 @@ class _Along:
         change = pointwise.evaluate(self.z, parameters, high) - pointwise.evaluate(self.z, parameters, low)
         return np.asarray((self.weights * change).sum(axis=0) / (high - low))
 
+    def relative(self, residual: Array, parts: Array, least: float = 0.0) -> Array:
+        """Return a residual relative to the largest of its equation's parts, shape (N,).
+
+        Where that is the largest at the point, it counts at least as `least`, and as `NEGLIGIBLE`
+        times the largest along the range.
+        """
+        largest = np.abs(parts).max(axis=0)
+        anywhere = max(float(largest.max()), float(np.finfo(float).tiny))
+        floor = anywhere if self.over_range else NEGLIGIBLE * anywhere
+        return np.asarray(np.abs(residual) / np.maximum(largest, max(floor, least)))
+
 
 def _output_weights(solution: Solution, multipliers: Multipliers, grid: _Grid) -> Array:
     """Return the density with which every point output enters the Lagrangian, shape (n_outputs, N)."""
@@ -207,7 +226,7 @@ def _costate_equations(along: _Along) -> dict[str, Array]:
     residuals = {}
     for j, state in enumerate(along.solution.problem.states):
         parts = np.vstack((along.costate_slopes[j], along.bounds[j], *along.terms[j]))
-        residuals[f"costate {state.name}"] = _relative(
+        residuals[f"costate {state.name}"] = along.relative(
             parts.sum(axis=0), parts, SLOW * float(np.abs(along.multipliers.costates[j]).max())
         )
     return residuals
@@ -223,7 +242,7 @@ def _control_equations(along: _Along) -> dict[str, Array]:
     residuals = {}
     for j, control in enumerate(solution.problem.controls):
         parts = np.vstack((shares[j], along.bounds[first + j], *along.terms[first + j]))
-        residuals[f"control {control.name}"] = _relative(parts.sum(axis=0), parts)
+        residuals[f"control {control.name}"] = along.relative(parts.sum(axis=0), parts)
     return residuals
 
 
@@ -254,14 +273,4 @@ def _hamiltonian_equation(along: _Along, hamiltonian: Array) -> Array:
     ]
     by_costates = along.costate_slopes * pointwise.derivatives(outputs)
     parts = np.vstack((*by_variables, by_costates, along.explicit))
-    return _relative(along.grid.slopes(hamiltonian[None, :])[0] - along.explicit, parts)
-
-
-def _relative(residual: Array, parts: Array, least: float = 0.0) -> Array:
-    """Return a residual relative to the largest of an equation's parts at every point.
-
-    That part counts at least as `least`, and as `NEGLIGIBLE` times the largest along the range.
-    """
-    largest = np.abs(parts).max(axis=0)
-    floor = max(NEGLIGIBLE * float(largest.max()), least, float(np.finfo(float).tiny))
-    return np.asarray(np.abs(residual) / np.maximum(largest, floor))
+    return along.relative(along.grid.slopes(hamiltonian[None, :])[0] - along.explicit, parts)
