@@ -54,6 +54,23 @@ def test_halved_mesh_keeps_all_mesh_points_and_orders():
     np.testing.assert_array_equal(halved.orders, [2, 2, 5, 5, 3, 3])
 
 
+def test_divided_mesh_has_no_interval_longer_than_asked_and_no_part_too_many():
+    divided = UNEVEN.divided(0.1)
+    # widths of 0.1, 0.3 and 0.6, up to rounding: 1, 3 and 6 parts
+    np.testing.assert_allclose(divided.widths, 0.1)
+    assert set(UNEVEN.boundaries) <= set(divided.boundaries)
+
+
+def test_parts_of_a_divided_interval_have_two_points_less_but_three_at_least():
+    mesh = Mesh(np.array([0.0, 0.1, 0.3, 0.5, 0.7, 1.0]), np.array([8, 8, 4, 2, 3]))
+    # the first interval stays whole, and one of two points keeps them
+    np.testing.assert_array_equal(mesh.divided(0.15).orders, [8, 6, 6, 3, 3, 2, 2, 3, 3])
+
+
+def test_mesh_that_is_fine_enough_is_not_divided():
+    np.testing.assert_array_equal(UNEVEN.divided(0.7).boundaries, UNEVEN.boundaries)
+
+
 def test_intervals_by_order_are_each_interval_once():
     found = sorted((int(k), order) for order, members in UNEVEN.by_order() for k in members)
     assert found == [(0, 2), (1, 5), (2, 3)]

@@ -7,7 +7,7 @@ from thesislib.ocp import Equations, Independent, Mesh, Problem, State
 from thesislib.ocp.refinement import refined
 
 
-def one(order: int, error: float, **limits: int) -> Mesh:
+def one(order: int, error: float, **limits: float) -> Mesh:
     return refined(Mesh.uniform(1, order), np.array([error]), 1e-6, **limits)
 
 
@@ -21,6 +21,12 @@ def test_mesh_within_tolerance_stays_as_it_is():
 def test_interval_gets_as_many_points_as_the_logarithm_to_its_own_base_asks():
     # log(100)/log(4) = 3.32, rounded up
     np.testing.assert_array_equal(one(4, 1e-4).orders, [8])
+
+
+def test_lower_aim_adds_points_only_where_the_tolerance_is_missed():
+    # log(1e3)/log(4) = 4.98, rounded up
+    np.testing.assert_array_equal(one(4, 1e-4, aim=0.1).orders, [9])
+    np.testing.assert_array_equal(one(4, 9e-7, aim=0.1).orders, [4])
 
 
 def test_interval_just_above_tolerance_gets_one_point():

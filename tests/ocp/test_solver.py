@@ -191,6 +191,16 @@ def test_first_mesh_does_not_decide_the_answer(hypersensitive):
     assert np.ptp(objectives) < 3e-6
 
 
+def test_drafted_meshes_end_in_the_solution_that_full_ones_end_in(hypersensitive):
+    full = ocp.solve(hypersensitive(50.0), tolerance=1e-6)
+    drafted = ocp.solve(hypersensitive(50.0), tolerance=1e-6, draft=1e-3)
+    # the last mesh is solved twice, the second time to the end
+    assert drafted.history[-1].points == drafted.history[-2].points
+    # two meshes of one tolerance: the cost follows the states' errors, not the draft's
+    assert drafted.objective == pytest.approx(full.objective, abs=1e-6)
+    assert drafted.converged
+
+
 def test_regulariser_is_reported_apart_from_the_objective(everything):
     solution = ocp.solve(everything(), tolerance=1e-4)
     x, u, w = (solution[name] for name in ("x", "u", "w"))
