@@ -135,14 +135,26 @@ def test_cache_is_readable_by_its_owner_only(cache):
 def test_cache_falls_back_to_the_build_folder(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    monkeypatch.delenv("THESIS_ROOT", raising=False)
     monkeypatch.chdir(tmp_path)
     assert compilation.cache_folder() == tmp_path / "_build" / "cache"
     assert stat.S_IMODE((tmp_path / "_build" / "cache").stat().st_mode) == 0o700
 
 
+def test_cache_of_a_run_falls_back_to_its_project_and_not_to_where_it_works(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("in the way")
+    (tmp_path / "book").mkdir()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    monkeypatch.setenv("THESIS_ROOT", str(tmp_path))
+    monkeypatch.chdir(tmp_path / "book")
+    assert compilation.cache_folder() == tmp_path / "_build" / "cache"
+    assert list((tmp_path / "book").iterdir()) == []
+
+
 def test_cache_without_any_place_is_refused(tmp_path, monkeypatch):
     (tmp_path / "_build").write_text("in the way")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "_build"))
+    monkeypatch.delenv("THESIS_ROOT", raising=False)
     monkeypatch.chdir(tmp_path)
     with pytest.raises(PermissionError, match=r"neither .* nor _build/cache can be written"):
         compilation.cache_folder()

@@ -81,7 +81,7 @@ def cache_folder() -> Path:
     """Return the folder of compiled functions, readable by its owner only.
 
     It lies in `XDG_CACHE_HOME` or the user's `.cache`; where that cannot be written,
-    in `_build/cache` of the working directory.
+    in `_build/cache` of the project that `THESIS_ROOT` names, else of the working directory.
 
     Raises
     ------
@@ -90,7 +90,8 @@ def cache_folder() -> Path:
     """
     home = os.environ.get("XDG_CACHE_HOME")
     wanted = Path(home) if home else Path.home() / ".cache"
-    for folder in (wanted / "thesislib", Path("_build") / "cache"):
+    project = Path(os.environ.get("THESIS_ROOT", "."))
+    for folder in (wanted / "thesislib", project / "_build" / "cache"):
         try:
             folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         except OSError:
