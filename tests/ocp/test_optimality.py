@@ -92,6 +92,27 @@ def test_every_feature_together_satisfies_the_solved_conditions(everything):
     assert found.residuals["costate v"][inside].max() < 1e-5
 
 
+def test_regulariser_takes_its_share_of_the_hamiltonian():
+    problem = ocp.Problem(
+        "smoothed",
+        ocp.Independent("t", 0.0, 2.0, scale=0.5),
+        [ocp.State("x")],
+        lambda point: ocp.Equations({"x": point.u}, integrands={"cost": 0.5 * point.u**2 + 50 * point.x**2}),
+        controls=[ocp.Control("u", rate_weight=1.0)],
+        lagrange="cost",
+        initial={"x": 1.0},
+        terminal={"x": -1.0},
+        objective_scale=3.0,
+    )
+    solution = ocp.solve(problem, mesh=Mesh.uniform(20, 6), tolerance=0.5, optimality=1e-11)
+    found = optimality(solution).hamiltonian
+    # 3/2 (du/ds)^2 with s in units of 0.5: by so much H changes if the control's slope is left out
+    share = 0.5 * 3 * 0.5 * np.gradient(solution["u"], solution.points) ** 2
+    assert np.ptp(share[8:-8]) > 4
+    # the solver's slopes are differences between unevenly spaced points, good to a few per cent
+    assert np.ptp(found[8:-8]) < 0.05 * np.ptp(share[8:-8])
+
+
 def test_residuals_relative_to_the_range_are_the_smaller_ones(everything):
     solution = ocp.solve(everything(), mesh=Mesh.uniform(10, 6), tolerance=1e-6, optimality=1e-11)
     strict, wide = (optimality(solution, relative_to=size).residuals for size in ("point", "range"))

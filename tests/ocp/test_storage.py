@@ -39,11 +39,20 @@ def test_stored_solution_starts_another_solve(solution, everything, tmp_path):
 def test_stored_solution_is_read_into_other_scales(solution, everything, tmp_path):
     changed = everything()
     states = [ocp.State(s.name, s.unit, s.bounds, 3 * s.size) for s in changed.states]
-    other = ocp.Problem(**{**vars(changed), "states": states, "objective_scale": 0.1})
+    integrals = [ocp.Integral(i.name, i.unit, i.bounds, 5 * i.size) for i in changed.integrals]
+    boundary = [ocp.Boundary(b.name, b.unit, b.bounds, 0.3 * b.size) for b in changed.boundary]
+    scales = {"states": states, "integrals": integrals, "boundary": boundary, "objective_scale": 0.1}
+    other = ocp.Problem(**{**vars(changed), **scales})
     back = load(other, save(solution, tmp_path / "lap"))
     np.testing.assert_allclose(back["v"], solution["v"], rtol=1e-14)
     np.testing.assert_allclose(back.costate("v"), solution.costate("v"), rtol=1e-13)
     np.testing.assert_allclose(back.path_multiplier("power"), solution.path_multiplier("power"), rtol=1e-13)
+    # the derivatives of the optimum read every multiplier there is, those of integrals and ends included
+    ours, theirs = (ocp.sensitivity.sensitivity(one) for one in (back, solution))
+    assert ours == pytest.approx(theirs, rel=1e-11)
+    np.testing.assert_allclose(
+        ocp.sensitivity.density(back, "target"), ocp.sensitivity.density(solution, "target"), rtol=1e-11
+    )
 
 
 def test_solution_of_a_problem_with_other_names_is_refused(solution, brachistochrone, tmp_path):
