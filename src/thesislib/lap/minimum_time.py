@@ -28,14 +28,15 @@ STARTING_ERROR = 0.9
 # The car is unstable along much of the lap when nobody steers (its side slip grows tenfold within
 # 20 m of turn 3). In long intervals an error far below tolerance would grow to centimetres before
 # a re-integration of ten of them ends.
-LONGEST_INTERVAL_M = 8.0
+LONGEST_INTERVAL_M = 8.5
 
 ACTIVE_WITHIN = 2e-3
 """A constraint counts as active within this part of its bound."""
 
-# Draft meshes keep the barrier parameter near 1e-6, which lets the next mesh start in about ten
-# iterations; the lap time they show is 4 ms too long, until the last mesh is solved to the end.
-SETTINGS = ocp.Settings(optimality=1e-7, draft=1e-5, barrier=1e-6, aim=0.2)
+# Draft meshes keep the barrier parameter near 1e-7, which lets the next mesh start in about ten
+# iterations; the lap time they show is half a millisecond too long, until the last mesh is solved to
+# the end.
+SETTINGS = ocp.Settings(optimality=1e-7, draft=1e-6, barrier=1e-6, aim=0.2)
 
 
 @dataclass(frozen=True, eq=False)
