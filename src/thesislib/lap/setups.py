@@ -14,7 +14,8 @@ from typing import Any
 import numpy as np
 
 from thesislib import ocp, roads
-from thesislib.lap.minimum_time import Lap, Units, lap_problem, minimum_lap_time, units_of
+from thesislib.lap.minimum_time import Lap, minimum_lap_time
+from thesislib.lap.problem import Units, lap_problem, units_of
 from thesislib.ocp.storage import load, save
 from thesislib.studies import stored
 from thesislib.suspension.metamodel import Metamodel, RearConstant
