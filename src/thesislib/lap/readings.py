@@ -24,7 +24,7 @@ DAMPING_PER_RPM = 100.0 * 60.0 / (2.0 * math.pi)
 PEAK_BRAKING_SLIP = 0.083
 """Longitudinal slip at the force peak of a lightly loaded tyre: its rho of 0.751 times kappa_1 = 0.11."""
 
-SMOOTHING_M = (-0.1, 0.1, 0.3)
+SMOOTHING_M = (-0.1, 0.1)
 """Offsets of the centre line that the choices table has, m rms; positive is smoother."""
 
 

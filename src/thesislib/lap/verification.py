@@ -176,12 +176,16 @@ class Condition:
         ``"costate n"``, ``"control delta"``, ``"hamiltonian"``.
     at_points, between : float
         Share of the collocation points, and of the middles between them, at which the residual is below
-        the threshold.
+        the threshold times the equation's largest term along the lap.
+    by_point : float
+        Share of the collocation points at which it is below the threshold times the largest term at
+        the same point, which may be small.
     """
 
     equation: str
     at_points: float
     between: float
+    by_point: float
 
 
 def conditions(lap: Lap, *, threshold: float = 1e-3) -> tuple[Condition, ...]:
@@ -192,8 +196,9 @@ def conditions(lap: Lap, *, threshold: float = 1e-3) -> tuple[Condition, ...]:
     lap : Lap
         The lap.
     threshold : float
-        Residual, relative to the equation's largest term at the point, that counts as satisfied.
+        Residual, relative to the equation's largest term, that counts as satisfied.
     """
-    at_points = optimality(lap.solution, "collocation").share(threshold)
-    between = optimality(lap.solution, "between").share(threshold)
-    return tuple(Condition(name, at_points[name], between[name]) for name in at_points)
+    at_points = optimality(lap.solution, "collocation", "range").share(threshold)
+    between = optimality(lap.solution, "between", "range").share(threshold)
+    by_point = optimality(lap.solution, "collocation", "point").share(threshold)
+    return tuple(Condition(name, at_points[name], between[name], by_point[name]) for name in at_points)
