@@ -26,15 +26,15 @@ def test_a_number_the_car_does_not_have_is_refused(start: Start) -> None:
 def test_multipliers_and_differences_agree_on_what_power_is_worth(start: Start, results) -> None:
     found = verification.derivatives(start.lap(), results, ("P_max",))["P_max"]
     assert found.from_multipliers < 0.0  # more power, less time
-    # the curvature of T over 1 % of power; 2e-5 measured
-    assert found.disagreement < 1e-3
+    # the curvature of T over 1 % of power: 1.1e-3 measured, a tenth of it at a third of the step
+    assert found.disagreement < 2e-3
 
 
 def test_a_wrong_neighbour_shows_in_the_disagreement(start: Start, results) -> None:
     spoiled = {name: dict(result) for name, result in results.items()}
     spoiled["more P_max"]["objective"] += 1e-4
     found = verification.derivatives(start.lap(), spoiled, ("P_max",))["P_max"]
-    assert found.disagreement > 1e-3
+    assert found.disagreement > 2e-3
 
 
 def test_a_finer_mesh_moves_the_lap_less_than_its_coarseness_would_allow(start: Start, results) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from thesislib.lap.minimum_time import Lap, minimum_lap_time
+from thesislib.lap.minimum_time import SETTINGS, Lap, minimum_lap_time
 from thesislib.lap.setups import Start, told
 from thesislib.ocp.optimality import optimality
 from thesislib.ocp.sensitivity import sensitivity
@@ -20,6 +20,9 @@ from thesislib.vehicles import STATES
 
 HALVED = "every interval halved"
 """Name of the case whose mesh has every interval of the lap's halved."""
+
+# A difference of two laps is a hundredth of a second: what the barrier leaves in each must be far less.
+NEIGHBOURLY = replace(SETTINGS, optimality=1e-8, draft=None)
 
 
 def neighbours(
@@ -96,6 +99,7 @@ def resolved(
         tolerance=start.tolerance if halved else min(100.0 * start.tolerance, 0.1),
         guess=base,
         name=HALVED if halved else "neighbour",
+        settings=NEIGHBOURLY,
         mesh=mesh.halved() if halved else mesh,
         units=start.setup.units(),
         front_slip_limit=setup.front_slip_limit,
