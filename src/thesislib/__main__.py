@@ -145,7 +145,8 @@ def _run(options: argparse.Namespace) -> int:
             print(f"{report.order.name}: {report.seconds:.1f} s, {report.order.folder}")
         else:
             print(
-                f"thesis: chapter {report.order.name} failed after {report.seconds:.1f} s: {report.failure}",
+                f"thesis: chapter {report.order.name} failed after {report.seconds:.1f} s: {report.failure} "
+                "(its partial notebook and its log are kept in _build/failed)",
                 file=sys.stderr,
             )
     return FAILED if any(report.failure is not None for report in reports) else 0
@@ -158,9 +159,10 @@ def _say(line: str) -> None:
 
 
 def _check(options: argparse.Namespace) -> int:
+    wanted = _named(options.chapters) or chapters()
+
     from thesislib.companion.checks import check
 
-    wanted = _named(options.chapters) or chapters()
     missed = 0
     for each in wanted:
         found = check(each)
@@ -173,6 +175,8 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _accept(options: argparse.Namespace) -> int:
+    wanted = chapter(options.chapter)
+
     from thesislib.companion.acceptance import Wishes, accept
 
     _, texts = split_assignments(options.tolerance)
@@ -182,7 +186,7 @@ def _accept(options: argparse.Namespace) -> int:
     wishes = Wishes(
         tolerances, options.new_tolerance, options.reason, [_read(each) for each in options.agreeing]
     )
-    accept(chapter(options.chapter), wishes, print)
+    accept(wanted, wishes, print)
     return 0
 
 
