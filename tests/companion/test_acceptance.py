@@ -142,10 +142,23 @@ def test_a_tolerance_from_agreeing_runs_is_three_times_their_largest_difference(
     assert moment["spread"] == pytest.approx(0.2), "the runs differ most at the end of the abscissa"
 
 
-def test_agreeing_runs_without_a_quantity_are_refused(project: Any, run: Callable[..., list[str]]) -> None:
-    other = content()
+def test_a_quantity_that_no_agreeing_run_has_gets_the_new_tolerance(
+    project: Any, run: Callable[..., list[str]]
+) -> None:
+    other = content(mass=2.01)
     del other["values"]["mass"]
-    with pytest.raises(InputError, match="values/mass is missing in a run that should agree"):
+    run(Wishes(new=1e-3, reason="Measured.", agreeing=[other]), content())
+    found = stored(project)
+    assert found["values"]["mass"]["tolerance"] == {"absolute": 0.002, "relative": 0.0, "reason": "Measured."}
+    assert found["tables"]["4.1"]["columns"]["m"]["tolerance"]["spread"] == pytest.approx(0.01)
+
+
+def test_agreeing_runs_with_another_number_of_rows_are_refused(
+    project: Any, run: Callable[..., list[str]]
+) -> None:
+    other = content()
+    other["tables"]["4.1"]["columns"]["m"]["values"] = [1.0, 2.0, 3.0]
+    with pytest.raises(InputError, match="tables/4.1/m cannot be compared with a run that should agree"):
         run(Wishes(new=1e-6, reason="Measured.", agreeing=[other]), content())
 
 

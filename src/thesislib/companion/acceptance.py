@@ -36,8 +36,9 @@ class Wishes:
     reason : str or None
         The reason stored with the tolerances that are set.
     agreeing : sequence of mapping
-        Records of other runs that should agree with this one. Where there are any, each tolerance becomes
-        a multiple of the largest difference from them, and at least `new`.
+        Records of other runs that should agree with this one, of the whole chapter or of a part. The
+        tolerance of each quantity that one of them has becomes a multiple of the largest difference from
+        them, and at least `new`.
     """
 
     tolerances: Mapping[str, tuple[float, float]] = field(default_factory=dict)
@@ -182,22 +183,20 @@ def _tolerance(name: str, new: Mapping[str, Any], old: Mapping[str, Any], wishes
         absolute, relative = wishes.tolerances[name]
         set_now = Tolerance(absolute, relative, reason, old.get("tolerance", {}).get("spread"))
         return _countable(name, set_now, new)
-    if "tolerance" in old and not wishes.agreeing:
+    agreeing = [other for other in map(quantities, wishes.agreeing) if name in other]
+    if "tolerance" in old and not agreeing:
         kept: dict[str, Any] = old["tolerance"]
         return kept
     part = wishes.new if wishes.new is not None else 0.0
     least = part * (float(np.max(np.abs(numbers(new)))) or 1.0)
-    spread = max((_spread(name, new, quantities(other)) for other in wishes.agreeing), default=None)
+    spread = max((_spread(name, new, other[name]) for other in agreeing), default=None)
     absolute = max(least, _SPREADS * spread) if spread is not None else least
     # two digits: a tolerance is a decision, not a measurement
     return _countable(name, Tolerance(float(f"{absolute:.1e}"), 0.0, reason, spread), new)
 
 
-def _spread(name: str, new: Mapping[str, Any], others: Mapping[str, Any]) -> float:
+def _spread(name: str, new: Mapping[str, Any], other: Mapping[str, Any]) -> float:
     """Return the largest difference between a quantity as it is stored and another run's."""
-    if name not in others:
-        raise InputError(f"{name} is missing in a run that should agree.")
-    other = others[name]
     try:
         theirs = resampled(other, np.array(new["abscissa"])) if "abscissa" in new else numbers(other)
         return float(np.max(np.abs(theirs - numbers(new))))
