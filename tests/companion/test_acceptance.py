@@ -158,7 +158,7 @@ def test_agreeing_runs_with_another_number_of_rows_are_refused(
 ) -> None:
     other = content()
     other["tables"]["4.1"]["columns"]["m"]["values"] = [1.0, 2.0, 3.0]
-    with pytest.raises(InputError, match="tables/4.1/m cannot be compared with a run that should agree"):
+    with pytest.raises(InputError, match=r"tables/4\.1/m cannot be compared with a run that should agree"):
         run(Wishes(new=1e-6, reason="Measured.", agreeing=[other]), content())
 
 
