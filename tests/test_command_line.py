@@ -43,6 +43,7 @@ def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 REFUSED = [
+    (["run", "04", "MASS_KG=700"], "Chapter 04 has no parameter 'MASS_KG'; did you mean 'mass_kg'?"),
     (["run", "04", "mas_kg=700"], "Chapter 04 has no parameter 'mas_kg'; did you mean 'mass_kg'?"),
     (["run", "04", "mass_kg=heavy"], "mass_kg must be a float, not 'heavy' (vehicle mass)."),
     (["run", "04", "mass_kg=99"], "mass_kg = 99 is outside 400 .. 1200 (vehicle mass)."),
@@ -179,3 +180,11 @@ def test_a_site_that_is_not_built_is_exit_status_1(root: Path, capsys: pytest.Ca
     (root / "_toc.yml").write_text("format: jb-book\nroot: 04_lap\nchapters: [{file: appendix_b}]\n")
     assert main(["site"]) == 1
     assert "Chapter 04 has not been run" in capsys.readouterr().err
+
+
+def test_a_reader_who_has_seen_enough_ends_a_listing_in_silence(root: Path) -> None:
+    # the pipe is closed before anything is written to it
+    command = f"{sys.executable} -c 'import sys; from thesislib.__main__ import main; sys.exit(main())' list"
+    script = f"set -o pipefail; {{ sleep 1; {command}; }} | true"
+    done = subprocess.run(["bash", "-c", script], cwd=root, capture_output=True, text=True)
+    assert (done.returncode, done.stderr) == (0, "")

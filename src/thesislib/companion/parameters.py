@@ -172,8 +172,9 @@ def changed_values(chapter: Chapter, texts: Mapping[str, str]) -> dict[str, Valu
     values = {}
     for name, text in texts.items():
         if name not in known:
-            near = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
-            hint = f"did you mean {near[0]!r}?" if near else f"it has {', '.join(known) or 'none'}."
+            spelt = {each.lower(): each for each in known}
+            near = difflib.get_close_matches(name.lower(), spelt, n=1, cutoff=0.5)
+            hint = f"did you mean {spelt[near[0]]!r}?" if near else f"it has {', '.join(known) or 'none'}."
             raise InputError(f"Chapter {chapter.id} has no parameter {name!r}; {hint}")
         values[name] = known[name].parsed(text)
     return values
