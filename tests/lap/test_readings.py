@@ -31,7 +31,6 @@ def test_the_choices_of_the_issue_are_all_there_and_each_is_taken_alone() -> Non
         "front_slip_limit",
         "offset_rms_m",
         "offset_rms_m",
-        "offset_rms_m",
     ]
     found = []
     for each in choices(base):
