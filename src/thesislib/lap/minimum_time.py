@@ -10,12 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thesislib import ocp
-from thesislib.lap.problem import RateWeights, Units, lap_problem, units_of
+from thesislib.lap.problem import RateWeights, lap_problem
 from thesislib.lap.start import quasi_steady_start
 from thesislib.roads import CentreLine
 from thesislib.vehicles.racing_car import CONTROLS, STATES, RacingCar
-
-__all__ = ["Lap", "Units", "lap_problem", "minimum_lap_time", "units_of"]
 
 Array = NDArray[np.float64]
 
