@@ -44,9 +44,7 @@ def sensitivity(solution: Solution) -> dict[str, float]:
     iterate = solution.iterate
     along = _gradients(solution, transcription, multipliers)[: len(problem.constants)].sum(axis=1)
     at_ends = transcription.endpoints.constants_gradient(
-        iterate.states[:, 0],
-        iterate.states[:, -1],
-        iterate.parameters,
+        np.concatenate((iterate.states[:, 0], iterate.states[:, -1], iterate.parameters)),
         pointwise.constants,
         1.0,
         multipliers[transcription.boundary_rows],
@@ -106,9 +104,7 @@ def _gradients(solution: Solution, transcription: Transcription, multipliers: Ar
     """
     pointwise, mesh, iterate = solution.pointwise, solution.mesh, solution.iterate
     gradients = pointwise.gradients.map(mesh.points)(
-        *pointwise.arguments(
-            np.vstack((iterate.states[:, :-1], iterate.controls)), iterate.parameters, mesh.collocation
-        ),
+        *pointwise.arguments(iterate.points, iterate.parameters, mesh.collocation),
         transcription.output_weights(multipliers),
     )
     return np.array(gradients)

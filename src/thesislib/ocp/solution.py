@@ -33,6 +33,8 @@ class MeshRecord:
         User CPU time.
     status : str
         What the solver returned.
+    change : str
+        What refinement did to make the next mesh, or why there was none.
     """
 
     intervals: int
@@ -42,6 +44,7 @@ class MeshRecord:
     iterations: int
     seconds: float
     status: str
+    change: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +73,8 @@ class Solution:
         False for a best iterate that the caller asked for though the solve failed.
     compiled : bool
         Whether the derivatives ran as compiled code.
+    stopped : str
+        Why the refinement ended.
     """
 
     pointwise: Pointwise
@@ -81,6 +86,7 @@ class Solution:
     history: tuple[MeshRecord, ...]
     converged: bool
     compiled: bool
+    stopped: str = ""
 
     @property
     def problem(self) -> Problem:
@@ -119,7 +125,7 @@ class Solution:
 
     @property
     def nodes(self) -> Array:
-        """The independent variable at the collocation points and the end, shape (N + 1,)."""
+        """The independent variable at the collocation points and the end they leave out, shape (N + 1,)."""
         return self.places(self.mesh.nodes)
 
     @property
@@ -135,7 +141,7 @@ class Solution:
     def __getitem__(self, name: str) -> Array:
         kind, index, quantity = self._find(name)
         if kind == "state":
-            return np.asarray(self.iterate.states[index, :-1] * quantity.size)
+            return np.asarray(self.iterate.states[index, self.mesh.collocated] * quantity.size)
         if kind == "control":
             return np.asarray(self.iterate.controls[index] * quantity.size)
         return np.asarray(self.iterate.parameters[index] * quantity.size)
@@ -148,7 +154,7 @@ class Solution:
         return float(self.iterate.parameters[index] * quantity.size)
 
     def at_nodes(self, name: str) -> Array:
-        """Return a state at the collocation points and the end, shape (N + 1,)."""
+        """Return a state at the collocation points and the end they leave out, shape (N + 1,)."""
         kind, index, quantity = self._find(name)
         if kind != "state":
             raise ProblemError(f"{name!r} is a {kind}; only states live at the nodes")
@@ -223,21 +229,7 @@ class Solution:
 
     def summary(self) -> dict[str, Any]:
         """Return how the solution was found, as plain numbers and strings."""
-        last = self.history[-1]
-        return {
-            "status": last.status,
-            "converged": self.converged,
-            "objective": self.objective,
-            "regularisation": self.regularisation,
-            "error_estimate": self.error,
-            "tolerance": self.tolerance,
-            "points": self.mesh.points,
-            "intervals": self.mesh.intervals,
-            "meshes": len(self.history),
-            "iterations": sum(record.iterations for record in self.history),
-            "seconds": sum(record.seconds for record in self.history),
-            "compiled": self.compiled,
-        }
+        return summarised(self)
 
     def _find(self, name: str) -> tuple[str, int, Any]:
         for kind, quantities in (
@@ -250,3 +242,22 @@ class Solution:
                     return kind, index, quantity
         known = [q.name for q in (*self.problem.states, *self.problem.controls, *self.problem.all_parameters)]
         raise ProblemError(f"the solution has no {name!r}; known: {', '.join(known)}")
+
+
+def summarised(solution: Any) -> dict[str, Any]:
+    """Return how a solution of one or several phases was found, as plain numbers and strings."""
+    last, history = solution.history[-1], solution.history
+    return {
+        "status": last.status,
+        "converged": solution.converged,
+        "objective": solution.objective,
+        "regularisation": solution.regularisation,
+        "error_estimate": solution.error,
+        "tolerance": solution.tolerance,
+        "points": last.points,
+        "intervals": last.intervals,
+        "meshes": len(history),
+        "iterations": sum(record.iterations for record in history),
+        "seconds": sum(record.seconds for record in history),
+        "compiled": solution.compiled,
+    }

@@ -17,8 +17,8 @@ from thesislib.ocp.problem import Problem, ProblemError
 from thesislib.ocp.refinement import ErrorEstimate
 from thesislib.ocp.solution import MeshRecord, Solution
 
-SCHEMA = 1
-MULTIPLIERS = ("costates", "path", "bounds", "sums", "boundary", "parameters")
+SCHEMA = 2
+MULTIPLIERS = ("costates", "path", "bounds", "left_out", "sums", "boundary", "parameters")
 SCALES = ("states", "controls", "parameters", "path", "integrals", "boundary")
 
 
