@@ -67,7 +67,7 @@ def test_file_holds_nothing_that_runs_when_it_is_read(solution, tmp_path):
         assert all(name.endswith(".npy") for name in archive.namelist())
     with np.load(path, allow_pickle=False) as archive:
         assert all(archive[name].dtype.kind in "fiU" for name in archive.files)
-        assert json.loads(str(archive["about"]))["names"]["controls"] == ["u", "w"]
+        assert json.loads(str(archive["about"]))["phases"][0]["names"]["controls"] == ["u", "w"]
 
 
 def test_suffix_is_added_and_folders_are_made(solution, tmp_path):

@@ -1,6 +1,6 @@
 """Numerical optimal control by multi-interval Legendre–Gauss–Radau collocation."""
 
-from thesislib.ocp import optimality, quadrature, sensitivity, storage
+from thesislib.ocp import kkt, optimality, quadrature, sensitivity, storage, transversality
 from thesislib.ocp.failure import SolveError
 from thesislib.ocp.mesh import Mesh
 from thesislib.ocp.phased import PhasedSolution
@@ -50,6 +50,7 @@ __all__ = [
     "State",
     "continuous",
     "divided",
+    "kkt",
     "optimality",
     "quadrature",
     "refined",
@@ -57,4 +58,5 @@ __all__ = [
     "simulate",
     "solve",
     "storage",
+    "transversality",
 ]

@@ -77,6 +77,24 @@ class Iterate:
         """States and controls at the collocation points, shape (n_x + n_u, N)."""
         return np.vstack((self.states[:, self.mesh.collocated], self.controls))
 
+    def costates_at_ends(self) -> Array:
+        """Return the scaled costates at both ends of the range, shape (n_x, 2); zero without multipliers.
+
+        At the end that is a collocation point they are its values. At the one that is not they are what
+        the equation of the state there makes of the defects' multipliers.
+        """
+        if self.multipliers is None:
+            return np.zeros((len(self.states), 2))
+        costates, mesh = self.multipliers.costates, self.mesh
+        first, order = (int(mesh.first[-1]), int(mesh.orders[-1]))
+        if not mesh.rule.start:
+            first, order = 0, int(mesh.orders[0])
+        forces = costates[:, first : first + order] * mesh.rule.weights(order)
+        matrix = mesh.rule.differentiation(order)
+        if mesh.rule.start:
+            return np.column_stack((costates[:, 0], forces @ matrix[:, -1]))
+        return np.column_stack((-forces @ matrix[:, 0], costates[:, -1]))
+
     def on(self, mesh: Mesh) -> Iterate:
         """Return this iterate carried to another mesh.
 
@@ -202,6 +220,9 @@ def pack(iterate: Iterate, transcription: Transcription) -> tuple[Array, Array |
     lam_x[transcription.left_out] = old.left_out
     lam_x[transcription.point_index] = old.bounds * mesh.weights
     lam_x[transcription.parameter_index] = old.parameters
+    if transcription.sum_index.size:
+        # the last partial sum is the integral: what its equation is worth, its bounds hold
+        lam_x[transcription.sum_index[:, -1]] = -old.sums[:, -1]
     lam_g[transcription.defect_rows] = -old.costates * mesh.rule_weights
     lam_g[transcription.path_rows] = old.path * mesh.weights
     lam_g[transcription.sum_rows] = old.sums

@@ -341,9 +341,22 @@ class Problem:
             for name in wanted:
                 if name not in given:
                     raise ProblemError(f"the equations of {self.name!r} give no {kind} {name!r}")
-            for name in given:
+            for name, value in given.items():
                 if name not in wanted:
                     raise ProblemError(unknown(kind, name, wanted))
+                if (
+                    np.size(value) != 1
+                    if isinstance(value, np.ndarray | list | tuple)
+                    else _numel(value) != 1
+                ):
+                    raise ProblemError(
+                        f"the equations of {self.name!r}: {kind} {name!r} is not one number or expression"
+                    )
+
+
+def _numel(value: Any) -> int:
+    """Return how many elements an expression has; a plain number has one."""
+    return int(value.numel()) if hasattr(value, "numel") else 1
 
 
 def interval(value: float | Bounds) -> Bounds:

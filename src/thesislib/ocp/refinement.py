@@ -194,7 +194,9 @@ def refine(
     orders[grown] += more[grown]
     pieces[divided] = np.maximum(np.ceil((mesh.orders + more)[divided] / lowest).astype(int), 2)
     orders[divided] = lowest
-    small = (errors < reduction * tolerance) & (np.zeros(mesh.intervals, bool) if keep is None else ~keep)
+    small = errors < reduction * tolerance
+    if keep is not None:
+        small &= ~keep
     less = np.floor(np.log(np.sqrt(reduction) * tolerance / errors) / base) if reduction else np.zeros(1)
     fewer = np.where(small, np.maximum(mesh.orders - less, np.minimum(mesh.orders, lowest)), orders).astype(
         int

@@ -11,6 +11,7 @@ from typing import Any, overload
 import casadi as ca
 import numpy as np
 
+from thesislib.ocp.evaluation import objective
 from thesislib.ocp.failure import SolveError, failure, finished, told
 from thesislib.ocp.iterate import Iterate
 from thesislib.ocp.mesh import Mesh
@@ -201,14 +202,14 @@ class _Run:
         ):
             ours = values[collocated.variables[k] : collocated.variables[k + 1]]
             penalty = 0.5 * float(ours @ (transcription.penalty @ ours))
-            objective = _objective(transcription.pointwise, collocated, k, ours, iterate) * scale
             pointwise = transcription.pointwise
+            share = objective(pointwise, transcription.endpoints, iterate)
             estimate = error_estimate(
                 pointwise, iterate.mesh, iterate.states, iterate.controls, iterate.parameters
             )
             mesh = iterate.mesh
             record = MeshRecord(
-                mesh.intervals, mesh.points, objective, estimate.largest, iterations, seconds, status
+                mesh.intervals, mesh.points, share, estimate.largest, iterations, seconds, status
             )
             good = finished(status) and estimate.largest <= self.settings.tolerance
             history = (*self.of_phases[k], record)
@@ -216,7 +217,7 @@ class _Run:
                 Solution(
                     pointwise,
                     iterate,
-                    objective,
+                    share,
                     penalty * scale,
                     estimate,
                     self.settings.tolerance,
@@ -321,19 +322,6 @@ def _callback(watch: Watch | None) -> dict[str, Any]:
 
 def _noted(history: Sequence[MeshRecord], why: str) -> tuple[MeshRecord, ...]:
     return (*history[:-1], replace(history[-1], change=why))
-
-
-def _objective(
-    pointwise: Pointwise, collocated: Collocated, phase: int, values: Array, iterate: Iterate
-) -> float:
-    """Return the scaled objective of a phase without the regulariser."""
-    transcription = collocated.transcriptions[phase]
-    ends = transcription.endpoints.cost(values[transcription.end_index], pointwise.constants)
-    total = float(ends)
-    if pointwise.layout.has_lagrange:
-        outputs = pointwise.evaluate(iterate.points, iterate.parameters, iterate.mesh.collocation)
-        total += float(iterate.mesh.weights @ outputs[0])
-    return total
 
 
 def _intervals(iterates: Iterates) -> int:

@@ -169,7 +169,7 @@ class Transcription:
         path = ca.vec(outputs[first + layout.states :, :])
         return ca.densify(ca.vertcat(ca.vec(defects), path, sums, self.endpoints.conditions(*ends)))
 
-    def _output_places(self) -> tuple[np.ndarray, Array]:
+    def output_places(self) -> tuple[np.ndarray, Array]:
         """Return the constraint row of every point output and its factor there, per point.
 
         The objective's integrand has row -1.
@@ -186,7 +186,7 @@ class Transcription:
         rows[first + layout.states :] = self.path_rows
         return rows, factors
 
-    def _unknown_index(self) -> np.ndarray:
+    def unknown_index(self) -> np.ndarray:
         """Return the variable behind every unknown of the point functions, per point."""
         shared = np.repeat(self.parameter_index[:, None], self.mesh.points, axis=1)
         return np.vstack((self.point_index, shared))
@@ -197,9 +197,9 @@ class Transcription:
         mesh = self.mesh
         triplet = self.pointwise.jacobian_sparsity.get_triplet()
         out, unknown = (np.array(part, dtype=int) for part in triplet)
-        rows, factors = self._output_places()
+        rows, factors = self.output_places()
         nonzeros = ca.vec(self.pointwise.jacobian.map(mesh.points)(*point))
-        target_rows, target_columns = rows[out], self._unknown_index()[unknown]
+        target_rows, target_columns = rows[out], self.unknown_index()[unknown]
         target_factors = factors[out]
         source = np.arange(len(out))[:, None] + len(out) * np.arange(mesh.points)[None, :]
 
@@ -242,13 +242,13 @@ class Transcription:
 
     def _hessian(self, point: list[ca.MX], ends: list[ca.MX], lam_f: ca.MX, lam_g: ca.MX) -> ca.MX:
         layout, mesh = self.pointwise.layout, self.mesh
-        rows, factors = self._output_places()
+        rows, factors = self.output_places()
         extended = ca.vertcat(lam_g, lam_f)
         which = np.where(rows < 0, self.rows, rows)
         weights = ca.reshape(extended[which.T.ravel().tolist()], layout.outputs, mesh.points)
         nonzeros = ca.vec(self.pointwise.hessian.map(mesh.points)(*point, weights * ca.DM(factors)))
         i, j = (np.array(part, dtype=int) for part in self.pointwise.hessian_sparsity.get_triplet())
-        unknowns = self._unknown_index()
+        unknowns = self.unknown_index()
         source = np.arange(len(i))[:, None] + len(i) * np.arange(mesh.points)[None, :]
         first, second = unknowns[i], unknowns[j]
         boundary = lam_g[self.boundary_rows.tolist()] if len(self.boundary_rows) else ca.MX(0, 1)
