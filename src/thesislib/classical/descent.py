@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from thesislib.classical.line_search import armijo, wolfe
 from thesislib.classical.programme import Array, NotConvergedError, Programme, column
@@ -84,7 +84,7 @@ def steepest_descent(
     start: ArrayLike,
     *,
     tolerance: float = 1e-8,
-    most: int = 100_000,
+    most: int = 20_000,
     step: _Step = _armijo,
 ) -> Descent:
     """Minimise by steps against the gradient (2.17).
@@ -96,7 +96,8 @@ def steepest_descent(
     start : array_like, shape (n,)
         x_0.
     tolerance : float
-        Largest component of the gradient (2.3) at the end.
+        Largest component of the gradient (2.3) at the end. Much below 1e-8 the differences of f that
+        Armijo's rule compares are rounding, and the iterations may end without it.
     most : int
         Iterations after which to give up.
     step : callable
@@ -166,6 +167,44 @@ def bfgs_update(B: Array, p: Array, y: Array) -> Array:
     """Return B_{k+1} of (2.19), shape (n, n), from the step p and the gradient's change y, shapes (n,)."""
     Bp = B @ p
     return B - np.outer(Bp, Bp) / (p @ Bp) + np.outer(y, y) / (p @ y)
+
+
+def destinations(
+    method: Callable[..., Descent],
+    function: Programme,
+    starts: ArrayLike,
+    stationary: ArrayLike,
+) -> NDArray[np.int64]:
+    """Return which stationary point a method ends in from each of many starts.
+
+    Parameters
+    ----------
+    method : callable
+        One of the methods of this module.
+    function : Programme
+        Function of n variables.
+    starts : array_like, shape (S, n)
+        Where the method begins.
+    stationary : array_like, shape (P, n)
+        The stationary points.
+
+    Returns
+    -------
+    numpy.ndarray of int, shape (S,)
+        Index of the point within 1e-3 of the end; -1 if there is none, or the method did not converge
+        to a gradient of 1e-5.
+    """
+    points = np.asarray(stationary, dtype=np.float64)
+    found = np.full(len(np.asarray(starts)), -1)
+    for i, start in enumerate(np.asarray(starts)):
+        try:
+            end = method(function, start, tolerance=1e-5).x
+        except NotConvergedError:
+            continue
+        distances = np.linalg.norm(points - end, axis=1)
+        if distances.min() < 1e-3:
+            found[i] = int(distances.argmin())
+    return found
 
 
 def convergence_order(errors: ArrayLike) -> float:
