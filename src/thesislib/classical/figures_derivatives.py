@@ -36,8 +36,8 @@ def error_against_step(
         axes.loglog(steps, np.maximum(error, _LEAST), ".-", color=colour, linewidth=0.9, label=name)
     axes.axhline(max(without_step, _LEAST), color=BLACK, linestyle="dashed", label="automatic")
     axes.axhline(np.finfo(float).eps, color=GREY, linewidth=0.8)
-    axes.annotate("spacing of doubles", (steps.min(), 1.4 * np.finfo(float).eps), color=GREY, fontsize=9)
+    axes.annotate("spacing of doubles", (steps.max(), 1.6 * np.finfo(float).eps), color=GREY, fontsize=9)
     axes.set(xlabel="step ε", ylabel="relative error of the derivative")
     axes.invert_xaxis()
-    axes.legend(loc="upper right")
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2)
     return figure

@@ -80,7 +80,7 @@ def valley(
     for row, reached in enumerate(ends.values()):
         # a start that leads nowhere stays grey
         shades = [colours[end] if end >= 0 else LIGHT for end in reached]
-        bottom.scatter(starts, np.full(starts.size, -row), c=shades, marker="s", s=16)
+        bottom.vlines(starts, -row - 0.32, -row + 0.32, colors=shades, linewidth=2.6)
     bottom.set_yticks(-np.arange(len(ends)), list(ends))
     bottom.set(xlabel="x, where the method begins", ylim=(0.6 - len(ends), 0.6))
     bottom.grid(visible=False)
@@ -106,7 +106,7 @@ def paths(
     window : pair of pairs of float
         Ranges of the two variables.
     """
-    x, y = (np.linspace(*span, 121) for span in window)
+    x, y = (np.linspace(*span, 61) for span in window)
     values = np.array([[function.value(np.array([a, b])) for a in x] for b in y])
     grid = figure.subplots(1, len(ways), sharex=True, sharey=True)
     for axes, (name, way), colour in zip(np.atleast_1d(grid), ways.items(), _METHODS, strict=False):

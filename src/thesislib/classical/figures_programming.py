@@ -38,7 +38,7 @@ def side_by_side(
         Ranges of the two variables.
     """
     plane, decay = figure.subplots(1, 2, width_ratios=(1.15, 1.0))
-    x, y = (np.linspace(*span, 121) for span in window)
+    x, y = (np.linspace(*span, 61) for span in window)
     points = [np.array([a, b]) for b in y for a in x]
     f = np.array([programme.value(point) for point in points]).reshape(y.size, x.size)
     g, h = (
@@ -54,7 +54,7 @@ def side_by_side(
     plane.plot(*next(iter(optima.values())).x, "*", color=BLACK, markersize=12)
     plane.set(xlabel="$x_1$", ylabel="$x_2$", xlim=window[0], ylim=window[1])
     decay.set(xlabel="iteration", ylabel="largest violation of (2.22)")
-    decay.legend()
+    decay.legend(loc="upper right")
     return figure
 
 
