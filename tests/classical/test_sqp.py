@@ -27,7 +27,14 @@ def test_point_and_multipliers_agree_with_ipopt(hs71, start):
     assert hs71.value(found.x) == pytest.approx(17.0140173, abs=5e-8)  # Hock and Schittkowski print seven
 
 
-def test_quadratic_programme_without_inequalities_is_newtons_step():
+def test_first_step_of_sqp_is_that_of_newton_where_there_is_no_inequality():
+    parabola = Programme(lambda x: (x[0] - 2) ** 4 + (x[1] - 1) ** 2, 2, lambda x: [x[0] ** 2 - x[1]])
+    found = sqp(parabola, [2.5, 6.0])
+    p, _ = newton_kkt_step(parabola, found.points[0], np.zeros(1))
+    np.testing.assert_allclose(found.points[1], found.points[0] + p, atol=1e-9)
+
+
+def test_newton_step_solves_the_system_of_the_thesis():
     circle = Programme(lambda x: x[0] + x[1], 2, lambda x: [x[0] ** 2 + x[1] ** 2 - 2], name="circle")
     x, lam = np.array([-1.1, -0.8]), np.array([0.4])
     p, after = newton_kkt_step(circle, x, lam)
