@@ -219,3 +219,20 @@ def error_against_time(figure: Figure, measurements: Sequence[Measurement]) -> F
     right.set(xlabel="CPU time (s)")
     figure.legend(loc="outside upper center", ncols=3)
     return figure
+
+
+def basin(figure: Figure, horizons: Array, offsets: Array) -> Figure:
+    """Draw the largest error of a guess from which single shooting converges, against the horizon.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    horizons, offsets : numpy.ndarray, shape (N,)
+        Horizons in s, and largest errors of the initial costate.
+    """
+    axes = figure.subplots()
+    axes.semilogy(horizons, offsets, "o-", color=BLUE, label="found by trying")
+    axes.semilogy(horizons, np.exp(-horizons), "--", color=BLACK, label="$e^{-t_f}$")
+    axes.set(xlabel="horizon $t_f$ (s)", ylabel="largest error of the guess of λ(0)")
+    axes.legend()
+    return figure
