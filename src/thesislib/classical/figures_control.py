@@ -6,9 +6,11 @@ Each function draws into a figure that it is given and returns it: size and styl
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import cycle
 from typing import Final
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
@@ -87,12 +89,12 @@ def bang_bang(figure: Figure, stop: FastestStop, t: Array, p: Array, u: Array, h
         left.plot(np.where(held, p[0], np.nan), np.where(held, p[1], np.nan), color=colour, label=name)
     left.plot(p[0, 0], p[1, 0], "o", color=BLACK)
     left.set(xlabel="position x (m)", ylabel="speed v (m/s)")
-    left.legend()
+    _legend_above(left)
     right.plot(t, u, color=BLUE, drawstyle="steps-post", label="control u (m/s²)")
     right.plot(t, p[3], color=GREEN, label="costate of speed (s²/m)")
-    right.plot(t, hamiltonian, color=BLACK, linestyle=":", label="Hamiltonian")
+    right.plot(t, hamiltonian, color=BLACK, linestyle=":", linewidth=2.5, label="Hamiltonian")
     right.set(xlabel="time t (s)")
-    right.legend()
+    _legend_above(right)
     return figure
 
 
@@ -117,13 +119,13 @@ def growth_of_errors(
         left.plot(run.t, run.p[0], color=(0.84 * shade, 0.37 * shade, 0.0), label=f"{error:.0e}")
     left.plot(t, exact, color=BLACK, linestyle="--", label="0")
     left.set(xlabel="time t (s)", ylabel="state x", ylim=(-1.1, 1.1))
-    left.legend(title="error of λ(0)", loc="lower left", ncols=2)
+    _legend_above(left, title="error of λ(0)", columns=3)
     stretch = np.linalg.svd(np.moveaxis(right_one.transition, 2, 0), compute_uv=False)
     right.semilogy(right_one.t, stretch[:, 0], color=RED, label="longest half-axis")
     right.semilogy(right_one.t, stretch[:, 1], color=BLUE, label="shortest half-axis")
     right.semilogy(right_one.t, stretch.prod(axis=1), color=BLACK, linestyle=":", label="their product")
     right.set(xlabel="time t (s)", ylabel="stretch of a small disc in (x, λ)")
-    right.legend()
+    _legend_above(right)
     return figure
 
 
@@ -210,7 +212,9 @@ def error_against_time(figure: Figure, measurements: Sequence[Measurement]) -> F
         Those of one method are joined by a line.
     """
     left, right = figure.subplots(1, 2, sharey=True)
-    for (colour, marker), (method, group) in zip(MARKED, by_method(measurements).items(), strict=True):
+    for (colour, marker), (method, group) in zip(
+        cycle(MARKED), by_method(measurements).items(), strict=False
+    ):
         error = [each.state_error for each in group]
         line = {"marker": marker, "linestyle": "-", "color": colour, "markersize": 5}
         left.loglog([each.unknowns for each in group], error, **line)
@@ -236,3 +240,7 @@ def basin(figure: Figure, horizons: Array, offsets: Array) -> Figure:
     axes.set(xlabel="horizon $t_f$ (s)", ylabel="largest error of the guess of λ(0)")
     axes.legend()
     return figure
+
+
+def _legend_above(axes: Axes, *, title: str | None = None, columns: int = 1) -> None:
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2, ncols=columns, title=title)

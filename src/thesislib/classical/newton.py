@@ -78,7 +78,8 @@ def newton(
     Raises
     ------
     ConvergenceError
-        If the guess has no finite residual, no part of a step is an advance, or the steps run out.
+        If the guess has no finite residual, the Jacobian has no inverse, no part of a step is an
+        advance, or the steps run out.
     """
     x = np.array(guess, float)
     values = residual(x)
@@ -86,7 +87,9 @@ def newton(
         raise ConvergenceError(f"{what}: {names[_worst(values)]} is not finite at the guess")
     corrections: list[float] = []
     while len(corrections) < iterations:
-        solve = _factorised(jacobian(x), what)
+        solve = _factorised(jacobian(x))
+        if solve is None:
+            raise ConvergenceError(_stuck(what, names, values, "the Jacobian has no inverse"))
         step = solve(-values)
         corrections.append(_length(step, x))
         share = 1.0
@@ -120,13 +123,14 @@ def _stuck(what: str, names: Sequence[str], values: Array, why: str) -> str:
     return f"{what}: {why}; the largest residual is {names[worst]}, {values[worst]:.3g}"
 
 
-def _factorised(jacobian: Any, what: str) -> Callable[[Array], Array]:
+def _factorised(jacobian: Any) -> Callable[[Array], Array] | None:
+    """Return the solution by the Jacobian, or None where it has no inverse in double precision."""
     if scipy.sparse.issparse(jacobian):
         try:
             return scipy.sparse.linalg.splu(jacobian.tocsc()).solve
-        except RuntimeError as error:
-            raise ConvergenceError(f"{what}: the Jacobian has no inverse ({error})") from error
+        except RuntimeError:
+            return None
     if np.linalg.matrix_rank(jacobian) < len(jacobian):
-        raise ConvergenceError(f"{what}: the Jacobian has no inverse in double precision")
+        return None
     factors = scipy.linalg.lu_factor(jacobian)
     return lambda right: scipy.linalg.lu_solve(factors, right)
