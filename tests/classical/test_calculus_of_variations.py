@@ -49,13 +49,16 @@ def test_length_of_a_quarter_circle_is_right_though_its_slope_is_infinite_at_the
 
 def test_shortest_polygon_is_straight():
     x = np.array([0.0, 0.3, 0.5, 1.2, 2.0])
-    y, length = best_polygon(lambda dx, upper, lower: ca.sqrt(dx**2 + (lower - upper) ** 2), x, 1.0, -0.5)
+    bent = 1.0 - 0.75 * x + np.sin(np.pi * x / 2)
+    y, length = best_polygon(
+        lambda dx, upper, lower: ca.sqrt(dx**2 + (lower - upper) ** 2), x, 1.0, -0.5, bent
+    )
     assert length == pytest.approx(2.5, rel=1e-12)
     np.testing.assert_allclose(y, 1.0 - 0.75 * x, atol=1e-9)  # of IPOPT's tolerance, 1e-11, by the curvature
 
 
-def test_shortest_polygon_is_found_from_a_bent_start():
-    # a catenary: the least surface of revolution through two equal rings; the first guess is a cylinder
+def test_least_surface_of_revolution_is_a_catenary():
+    # two equal rings, cosh(1/2) in radius and one apart; the first guess is a cylinder
     x = np.linspace(-0.5, 0.5, 201)
 
     def surface(dx, left, right):
@@ -63,6 +66,11 @@ def test_shortest_polygon_is_found_from_a_bent_start():
 
     y, _ = best_polygon(surface, x, np.cosh(0.5), np.cosh(0.5))
     np.testing.assert_allclose(y, np.cosh(x), atol=1e-5)  # second order in steps of 1/200
+
+
+def test_guess_of_another_shape_is_refused():
+    with pytest.raises(ValueError, match=r"guess of a polygon has shape \(2,\), and \(3,\) is needed"):
+        best_polygon(lambda dx, left, right: dx, [0.0, 0.5, 1.0], 0.0, 1.0, [0.0, 1.0])
 
 
 @pytest.mark.parametrize("x", [[0.0, 1.0], [0.0, 1.0, 0.5]])

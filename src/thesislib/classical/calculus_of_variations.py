@@ -99,7 +99,11 @@ class Curve:
 
 
 def best_polygon(
-    cost: Callable[[Expression, Expression, Expression], Expression], x: ArrayLike, y_a: float, y_b: float
+    cost: Callable[[Expression, Expression, Expression], Expression],
+    x: ArrayLike,
+    y_a: float,
+    y_b: float,
+    guess: ArrayLike | None = None,
 ) -> tuple[Array, float]:
     """Return the ordinates of the polygon of least cost, Euler's own way to (2.66), and the cost.
 
@@ -114,11 +118,18 @@ def best_polygon(
         Abscissae of the corners, increasing.
     y_a, y_b : float
         Ordinates of the ends, (2.54).
+    guess : array_like, shape (N + 1,), optional
+        Ordinates to begin with; by default those of the straight line between the ends.
+
+    Returns
+    -------
+    y : numpy.ndarray, shape (N + 1,)
+    cost : float
 
     Raises
     ------
     ValueError
-        If the abscissae do not increase.
+        If the abscissae do not increase, or the guess has another shape.
     ConvergenceError
         If IPOPT does not converge; it names the largest derivative of the cost.
     """
@@ -126,6 +137,10 @@ def best_polygon(
     dx = np.diff(places)
     if not (len(dx) > 1 and np.all(dx > 0)):
         raise ValueError(f"abscissae of a polygon must be three or more and increase; steps are {dx}")
+    line = y_a + (y_b - y_a) * (places - places[0]) / (places[-1] - places[0])
+    first_guess = line if guess is None else np.asarray(guess, float)
+    if first_guess.shape != places.shape:
+        raise ValueError(f"guess of a polygon has shape {first_guess.shape}, and {places.shape} is needed")
     inner = ca.MX.sym("y", len(dx) - 1)
     left, right, piece = ca.SX.sym("l"), ca.SX.sym("r"), ca.SX.sym("dx")
     # the first piece stands apart: a cost may be smooth inside and not in a fixed end
@@ -133,7 +148,6 @@ def best_polygon(
     each = ca.Function("piece", [piece, left, right], [cost(piece, left, right)])
     others = each.map(len(dx) - 1)(dx[None, 1:], inner.T, ca.horzcat(inner[1:].T, y_b))
     total = first(inner[0]) + ca.sum2(others)
-    line = y_a + (y_b - y_a) * (places - places[0]) / (places[-1] - places[0])
     options: dict[str, Any] = {
         "print_time": False,
         "ipopt.print_level": 0,
@@ -143,7 +157,7 @@ def best_polygon(
     }
     programme: Any = {"x": inner, "f": total}
     solver = ca.nlpsol("polygon", "ipopt", programme, options)
-    run = solver(x0=line[1:-1])
+    run = solver(x0=first_guess[1:-1])
     if solver.stats()["return_status"] != "Solve_Succeeded":
         slope = ca.Function("slope", [inner], [ca.gradient(total, inner)])(run["x"]).full().ravel()
         worst = int(np.argmax(np.abs(slope)))

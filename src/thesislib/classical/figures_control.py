@@ -177,6 +177,7 @@ def under_the_ceiling(
     miss = [np.max(np.abs(x - np.interp(times, t, exact))) for times, x in heights.values()]
     right.loglog(list(heights), miss, "o-", color=BLUE)
     right.set(xlabel="depth of the penalty, h (m)", ylabel="largest error of the height (m)")
+    right.set_ylim(_whole_decades(miss))
     return figure
 
 
@@ -220,7 +221,7 @@ def error_against_time(figure: Figure, measurements: Sequence[Measurement]) -> F
         left.loglog([each.unknowns for each in group], error, **line)
         right.loglog([each.cpu_s for each in group], error, label=method, **line)
     left.set(xlabel="unknowns", ylabel="largest error of the state")
-    right.set(xlabel="CPU time (s)")
+    right.set(xlabel="CPU time (s)", xlim=_whole_decades([each.cpu_s for each in measurements]))
     figure.legend(loc="outside upper center", ncols=3)
     return figure
 
@@ -240,6 +241,13 @@ def basin(figure: Figure, horizons: Array, offsets: Array) -> Figure:
     axes.set(xlabel="horizon $t_f$ (s)", ylabel="largest error of the guess of λ(0)")
     axes.legend()
     return figure
+
+
+def _whole_decades(values: ArrayLike) -> tuple[float, float]:
+    """Return powers of ten around the values: limits at which a logarithmic axis has room for its labels."""
+    logarithms = np.log10(np.asarray(values, float))
+    low, high = np.floor(logarithms.min()), np.ceil(logarithms.max())
+    return float(10**low), float(10 ** max(high, low + 1))
 
 
 def _legend_above(axes: Axes, *, title: str | None = None, columns: int = 1) -> None:
