@@ -226,3 +226,46 @@ def test_range_without_sense_is_refused(range_, reason):
 def test_derivative_of_the_wrong_shape_is_named(derivative):
     with pytest.raises(ProblemError, match="derivative of state 'x' is not one number or expression"):
         ocp.solve(rocket(0.5, equations=lambda p: Equations({"x": derivative}, {}, {"effort": p.u**2})))
+
+
+@pytest.mark.parametrize(
+    ("settings", "reason"),
+    [
+        ({"tolerence": 1e-3}, r"no setting is named 'tolerence'; did you mean 'tolerance'\?"),
+        ({"meshes": 0}, "meshes = 0 must be at least 1"),
+        ({"lowest": 5, "highest": 4}, "highest = 4 must be at least 5"),
+        ({"aim": 0.0}, r"aim = 0 is outside 0 \.\. 1"),
+        ({"reduction": 1.0}, r"reduction = 1 is outside 0 \.\. 1"),
+        ({"seconds": 0.0}, "seconds = 0 must be positive"),
+        ({"optimality": np.nan}, "optimality = nan is outside"),
+    ],
+)
+def test_setting_without_sense_is_refused(settings, reason):
+    with pytest.raises(ProblemError, match=reason):
+        ocp.solve(rocket(0.5), **settings)
+
+
+@pytest.mark.parametrize(
+    ("make", "reason"),
+    [
+        (
+            lambda: ocp.solve(rocket(0.5), {"x": np.zeros(7)}),
+            r"guess of 'x' has shape \(7,\); it may be a number",
+        ),
+        (lambda: ocp.solve(rocket(0.5), mesh=10), "the mesh of 'rocket' is 10, not an ocp.Mesh"),
+        (lambda: ocp.solve(rocket(0.5, equations=lambda p: {"x": p.u})), "return dict, not ocp.Equations"),
+        (lambda: State("x", "m", ("low", 5)), r"bounds of x must be two numbers, not \('low', 5\)"),
+        (lambda: rocket([0, 1]), r"\[0, 1\] is neither a number nor a pair \(low, high\)"),
+        (lambda: Independent("t", 0.0, [1, 2]), r"\[1, 2\] is neither a number nor a pair"),
+    ],
+)
+def test_argument_of_the_wrong_kind_is_refused_with_what_is_allowed(make, reason):
+    with pytest.raises(ProblemError, match=reason):
+        make()
+
+
+def test_guess_may_be_given_at_the_points_of_the_mesh():
+    solution = ocp.solve(rocket(0.5), mesh=Mesh.uniform(3, 4), tolerance=1e-6)
+    values = {"x": solution.at_nodes("x"), "u": solution["u"]}
+    again = ocp.solve(rocket(0.5), values, Mesh.uniform(3, 4), tolerance=1e-6)
+    assert again.objective == pytest.approx(solution.objective, rel=1e-9)

@@ -263,7 +263,7 @@ def guessed(pointwise: Pointwise, mesh: Mesh, guess: Mapping[str, Any]) -> Itera
         Where to put the guess.
     guess : mapping
         For any state, control or parameter: a number, or (states and controls) a function
-        of the independent variable's values.
+        of the independent variable's values, or values at the nodes (states) or points (controls).
 
     Returns
     -------
@@ -285,8 +285,13 @@ def guessed(pointwise: Pointwise, mesh: Mesh, guess: Mapping[str, Any]) -> Itera
 
     def sampled(name: str, default: Array, fractions: Array) -> Array:
         value = guess.get(name, default)
-        values = value(start + span * fractions) if callable(value) else value
-        return np.broadcast_to(np.asarray(values, dtype=float), fractions.shape)
+        values = np.asarray(value(start + span * fractions) if callable(value) else value, dtype=float)
+        if values.shape not in ((), fractions.shape):
+            raise ProblemError(
+                f"the guess of {name!r} has shape {values.shape}; it may be a number, a function of "
+                f"{problem.independent.name}, or one value for each of {fractions.size} points of the mesh"
+            )
+        return np.broadcast_to(values, fractions.shape)
 
     states = [
         sampled(state.name, _default(problem, state.name, mesh), mesh.nodes) for state in problem.states

@@ -45,7 +45,10 @@ class Quantity:
     scale: float | None = None
 
     def __post_init__(self) -> None:
-        low, high = self.bounds
+        try:
+            low, high = (float(bound) for bound in self.bounds)
+        except (TypeError, ValueError):
+            raise ProblemError(f"bounds of {self.name} must be two numbers, not {self.bounds!r}") from None
         if np.isnan(low) or np.isnan(high) or low > high:
             raise ProblemError(f"bounds {low:g} .. {high:g} of {self.name} are not an interval")
         if self.scale is not None and not (np.isfinite(self.scale) and self.scale > 0):
@@ -323,13 +326,17 @@ class Problem:
         return {q.name: q.unit for q in (*self.states, *self.controls, *self.all_parameters)}
 
     def check(self, equations: Equations) -> None:
-        """Refuse equations that do not give exactly what the problem names.
+        """Refuse equations that do not give exactly what the problem names, one expression each.
 
         Raises
         ------
         ProblemError
             Naming the first missing or superfluous expression.
         """
+        if not isinstance(equations, Equations):
+            raise ProblemError(
+                f"the equations of {self.name!r} return {type(equations).__name__}, not ocp.Equations"
+            )
         integrands = [integral.name for integral in self.integrals]
         if self.lagrange is not None and self.lagrange not in integrands:
             integrands.append(self.lagrange)
@@ -360,10 +367,18 @@ def _numel(value: Any) -> int:
 
 
 def interval(value: float | Bounds) -> Bounds:
-    """Return a fixed value as a closed interval of no width, an interval as it is."""
-    if isinstance(value, tuple):
-        return value
-    return (float(value), float(value))
+    """Return a fixed value as a closed interval of no width, an interval as it is.
+
+    Raises
+    ------
+    ProblemError
+        If the value is neither a number nor a pair of numbers in a tuple.
+    """
+    try:
+        low, high = value if isinstance(value, tuple) else (value, value)
+        return float(low), float(high)
+    except (TypeError, ValueError):
+        raise ProblemError(f"{value!r} is neither a number nor a pair (low, high)") from None
 
 
 def unknown(kind: str, name: str, known: Iterable[str]) -> str:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, Literal
+
+from thesislib.ocp.problem import ProblemError, unknown
 
 
 @dataclass(frozen=True)
@@ -94,3 +96,37 @@ class Settings:
     ipopt: Mapping[str, Any] = field(default_factory=dict)
     log_file: str | None = None
     progress: Callable[[Progress], bool | None] | None = None
+
+    def __post_init__(self) -> None:
+        for name, low, high in (
+            ("tolerance", 0.0, 1.0),
+            ("optimality", 0.0, 1.0),
+            ("draft", 0.0, 1.0),
+            ("barrier", 0.0, 1.0),
+        ):
+            value = getattr(self, name)
+            if value is not None and not low < value < high:
+                raise ProblemError(f"{name} = {value:g} is outside {low:g} .. {high:g}")
+        for name, least in (("meshes", 1), ("lowest", 1), ("highest", self.lowest), ("most_points", 1)):
+            if getattr(self, name) < least:
+                raise ProblemError(f"{name} = {getattr(self, name)} must be at least {least}")
+        if not 0 < self.aim <= 1:
+            raise ProblemError(f"aim = {self.aim:g} is outside 0 .. 1")
+        if not 0 <= self.reduction < 1:
+            raise ProblemError(f"reduction = {self.reduction:g} is outside 0 .. 1")
+        if not self.seconds > 0:
+            raise ProblemError(f"seconds = {self.seconds:g} must be positive")
+
+    def with_changes(self, **changes: Any) -> Settings:
+        """Return the settings with single ones changed.
+
+        Raises
+        ------
+        ProblemError
+            If no setting has that name, or a value is out of range.
+        """
+        known = [setting.name for setting in fields(self)]
+        for name in changes:
+            if name not in known:
+                raise ProblemError(unknown("setting", name, known))
+        return replace(self, **changes)

@@ -108,9 +108,7 @@ def solve(
         If IPOPT does not finish, or the error estimate stays above tolerance; the message
         names the largest residual, its equation, mesh interval and place.
     """
-    settings = replace(settings or Settings(), **changes)
-    if not 0 < settings.tolerance < 1:
-        raise ProblemError(f"tolerance = {settings.tolerance:g} is outside 0 .. 1")
+    settings = (settings or Settings()).with_changes(**changes)
     similar = guess if isinstance(guess, Solution | PhasedSolution) else None
     system = System.of(problem, compile_code, similar)
     run = _Run(system, settings)

@@ -151,6 +151,8 @@ class System:
         return self.statement.links if isinstance(self.statement, Phases) else ()
 
     def _mesh(self, problem: Problem, mesh: Mesh | Mapping[str, Mesh] | None) -> Mesh | None:
+        if not isinstance(mesh, Mapping | Mesh | None):
+            raise ProblemError(f"the mesh of {self.statement.name!r} is {mesh!r}, not an ocp.Mesh")
         if not isinstance(mesh, Mapping):
             return mesh
         names = [phase.name for phase in _phases(self.statement)]
