@@ -60,6 +60,15 @@ def test_newton_ends_in_a_maximum_where_the_guarded_one_does_not():
     assert descent.guarded_newton(hill, [0.1]).x == pytest.approx([1.0], abs=1e-8)
 
 
+def test_destinations_are_the_points_reached_or_none():
+    hill = Programme(lambda x: x[0] ** 4 / 4 - x[0] ** 2 / 2, 1)
+    starts = [[-2.0], [0.1], [0.9]]
+    assert list(descent.destinations(descent.newton, hill, starts, [[-1.0], [0.0], [1.0]])) == [0, 1, 2]
+    assert list(descent.destinations(descent.newton, hill, starts, [[-1.0], [0.0]])) == [0, 1, -1]
+    line = Programme(lambda x: x[0], 1)
+    assert list(descent.destinations(descent.newton, line, [[0.0]], [[0.0]])) == [-1]
+
+
 def test_bfgs_update_satisfies_the_secant_condition_and_stays_positive_definite():
     rng = np.random.default_rng(1)
     B = np.eye(4)

@@ -6,7 +6,6 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from thesislib.classical import descent, figures_descent
-from thesislib.classical.programme import Programme
 
 
 @pytest.fixture
@@ -53,9 +52,3 @@ def test_errors_below_rounding_are_left_out(figure):
     np.testing.assert_allclose(first.get_ydata(), first.get_xdata())
     np.testing.assert_allclose(second.get_ydata(), second.get_xdata() ** 2)
     assert all(axes.get_xlabel() and axes.get_ylabel() for axes in figure.axes)
-
-
-def test_single_variable_is_enough_for_destinations():
-    hill = Programme(lambda x: x[0] ** 4 / 4 - x[0] ** 2 / 2, 1)
-    found = descent.destinations(descent.newton, hill, [[-2.0], [0.1], [0.9]], [[-1.0], [0.0], [1.0]])
-    assert list(found) == [0, 1, 2]
