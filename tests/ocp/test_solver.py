@@ -217,3 +217,12 @@ def test_every_mesh_is_one_line_of_progress(hypersensitive, caplog):
     lines = [record.getMessage() for record in caplog.records]
     assert len(lines) == len(solution.history) > 1
     assert "hypersensitive: mesh 1, 10 intervals, 40 points, objective" in lines[0]
+
+
+def test_start_that_leads_astray_is_tried_once_more_from_its_values_alone(bryson_denham):
+    # a start at a far ceiling with a barrier that has all but vanished crawls along the bounds
+    far = ocp.solve(bryson_denham(0.5), mesh=Mesh.uniform(12, 6), tolerance=0.5)
+    limit = 20
+    found = ocp.solve(bryson_denham(0.05), far, tolerance=0.5, barrier=1e-12, iterations=limit)
+    assert found.converged and found.history[0].iterations > limit
+    assert found.objective == pytest.approx(4 / (9 * 0.05), rel=1e-3)

@@ -13,13 +13,13 @@ import numpy as np
 
 from thesislib.ocp.evaluation import objective
 from thesislib.ocp.failure import SolveError, failure, finished, told
+from thesislib.ocp.ipopt import LOST, callback, minimise, options_of
 from thesislib.ocp.iterate import Iterate
 from thesislib.ocp.mesh import Mesh
 from thesislib.ocp.phased import PhasedSolution
 from thesislib.ocp.phases import Phases
 from thesislib.ocp.pointwise import Pointwise
 from thesislib.ocp.problem import Problem, ProblemError
-from thesislib.ocp.programme import Programme
 from thesislib.ocp.progress import Watch
 from thesislib.ocp.quadrature import Array
 from thesislib.ocp.refinement import Refinement, error_estimate, refine
@@ -31,15 +31,6 @@ logger = logging.getLogger(__name__)
 
 # How far IPOPT's tolerance is tightened at most.
 TIGHTEST = 1e-6
-
-# What IPOPT says when a start from a solution has led it astray: worth one more start from the values alone.
-LOST = (
-    "Maximum_Iterations_Exceeded",
-    "Infeasible_Problem_Detected",
-    "Restoration_Failed",
-    "Search_Direction_Becomes_Too_Small",
-    "Error_In_Step_Computation",
-)
 
 
 @overload
@@ -159,7 +150,7 @@ class _Run:
         programme = collocated.programme
         x, lam_x, lam_g = collocated.pack(iterates)
         left = settings.seconds - sum(record.seconds for record in self.history)
-        options = _options(programme, settings, lam_x is not None, self._tolerance(draft), left)
+        options = options_of(programme, settings, lam_x is not None, self._tolerance(draft), left)
         watch = None
         if settings.progress:
             points = [mesh.points for mesh in iterates.meshes]
@@ -167,7 +158,7 @@ class _Run:
             watch = Watch(
                 settings.progress, programme, about, self.system.pointwise[0].problem.objective_scale
             )
-        options |= _callback(watch)
+        options |= callback(watch)
         fixed = {
             "p": collocated.parameters(iterates),
             "lbx": programme.lower,
@@ -177,11 +168,11 @@ class _Run:
             "x0": np.clip(x, programme.lower, programme.upper),
         }
         warm = {} if lam_x is None or lam_g is None else {"lam_x0": lam_x, "lam_g0": lam_g}
-        result, stats = _ipopt(programme, options, fixed | warm)
+        result, stats = minimise(programme, options, fixed | warm)
         iterations = int(stats["iter_count"])
         if warm and stats["return_status"] in LOST and _cpu() - begun < left:
-            options = _options(programme, settings, False, self._tolerance(draft), left - (_cpu() - begun))
-            result, stats = _ipopt(programme, options | _callback(watch), fixed)
+            options = options_of(programme, settings, False, self._tolerance(draft), left - (_cpu() - begun))
+            result, stats = minimise(programme, options | callback(watch), fixed)
             iterations += int(stats["iter_count"])
         if watch is not None:
             watch.reraise()
@@ -306,61 +297,12 @@ class _Run:
         return solution
 
 
-def _ipopt(
-    programme: Programme, options: dict[str, Any], start: dict[str, Array]
-) -> tuple[dict[str, ca.DM], dict[str, Any]]:
-    """Return what IPOPT finds and what it says of that."""
-    solver = ca.nlpsol("solver", "ipopt", programme.nlp, options)
-    return solver(**start), solver.stats()
-
-
-def _callback(watch: Watch | None) -> dict[str, Any]:
-    return {} if watch is None else {"iteration_callback": watch}
-
-
 def _noted(history: Sequence[MeshRecord], why: str) -> tuple[MeshRecord, ...]:
     return (*history[:-1], replace(history[-1], change=why))
 
 
 def _intervals(iterates: Iterates) -> int:
     return sum(mesh.intervals for mesh in iterates.meshes)
-
-
-def _options(
-    programme: Programme, settings: Settings, warm: bool, tolerance: float, seconds: float
-) -> dict[str, Any]:
-    """Return the options of `casadi.nlpsol`."""
-    options: dict[str, Any] = {
-        **programme.derivatives,
-        "no_nlp_grad": True,
-        "calc_lam_p": False,
-        "print_time": False,
-        "ipopt.print_level": 0,
-        "ipopt.sb": "yes",
-        "ipopt.tol": tolerance,
-        "ipopt.max_iter": settings.iterations,
-        "ipopt.max_cpu_time": max(seconds, 1e-3),
-        # a line search that has halved its step this often meets a constraint's curvature, and halving
-        # on would make hundreds of tiny steps of it
-        "ipopt.accept_after_max_steps": 6,
-    }
-    if settings.log_file:
-        options |= {
-            "ipopt.output_file": settings.log_file,
-            "ipopt.file_print_level": 5,
-            "ipopt.file_append": "yes",
-        }
-    if warm:
-        options |= {
-            "ipopt.warm_start_init_point": "yes",
-            "ipopt.mu_init": settings.barrier,
-            "ipopt.warm_start_bound_push": settings.barrier,
-            "ipopt.warm_start_bound_frac": settings.barrier,
-            "ipopt.warm_start_slack_bound_push": settings.barrier,
-            "ipopt.warm_start_slack_bound_frac": settings.barrier,
-            "ipopt.warm_start_mult_bound_push": settings.barrier,
-        }
-    return options | {f"ipopt.{name}": value for name, value in settings.ipopt.items()}
 
 
 def _refuse_undefined(pointwise: Pointwise, iterate: Iterate) -> None:
