@@ -7,7 +7,10 @@ import pytest
 from thesislib import ocp
 from thesislib.ocp.endpoints import Endpoints
 from thesislib.ocp.pointwise import Pointwise
-from thesislib.ocp.transcription import Programme, Transcription
+from thesislib.ocp.programme import Programme
+from thesislib.ocp.quadrature import FLIPPED_RADAU, RADAU
+from thesislib.ocp.system import System
+from thesislib.ocp.transcription import Transcription
 
 MESH = ocp.Mesh(np.array([0.0, 0.2, 0.55, 1.0]), np.array([3, 1, 4]))
 
@@ -15,9 +18,11 @@ MESH = ocp.Mesh(np.array([0.0, 0.2, 0.55, 1.0]), np.array([3, 1, 4]))
 ROUNDING = 1e-12
 
 
-def transcribed(problem: ocp.Problem, compile_code: bool) -> tuple[Transcription, Programme]:
+def transcribed(
+    problem: ocp.Problem, compile_code: bool, mesh: ocp.Mesh = MESH
+) -> tuple[Transcription, Programme]:
     pointwise = Pointwise(problem, compile_code)
-    transcription = Transcription(pointwise, Endpoints(pointwise), MESH)
+    transcription = Transcription(pointwise, Endpoints(pointwise), mesh)
     return transcription, transcription.programme()
 
 
@@ -25,12 +30,10 @@ def differ(a: ca.DM, b: ca.DM) -> float:
     return float(np.abs(np.array(ca.DM(a)) - np.array(ca.DM(b))).max())
 
 
-@pytest.mark.parametrize("free_end", [False, True], ids=["fixed end, data", "free end"])
-@pytest.mark.parametrize("compile_code", [False, True], ids=["virtual machine", "compiled"])
-def test_assembled_derivatives_are_those_of_automatic_differentiation(everything, free_end, compile_code):
-    problem = everything(free_end)
-    transcription, programme = transcribed(problem, compile_code)
-    _, plain = transcribed(problem, False)
+def assert_derivatives_are_those_of_automatic_differentiation(
+    programme: Programme, plain: Programme, parameters: np.ndarray
+) -> None:
+    """Compare a programme's derivatives with CasADi's of the expressions of another one."""
     x, p, f, g = (plain.nlp[name] for name in ("x", "p", "f", "g"))
     sigma, multipliers = ca.MX.sym("sigma"), ca.MX.sym("lam", g.numel())
     lagrangian = sigma * f + ca.dot(multipliers, g)
@@ -40,9 +43,8 @@ def test_assembled_derivatives_are_those_of_automatic_differentiation(everything
 
     random = np.random.default_rng(7)
     for _ in range(3):
-        values = random.uniform(0.2, 1.0, transcription.variables)
-        parameters = transcription.parameter_vector(values[transcription.parameter_index])
-        weights = random.normal(size=transcription.rows)
+        values = random.uniform(0.2, 1.0, x.numel())
+        weights = random.normal(size=g.numel())
         for name, own in (("grad_f", gradient), ("jac_g", jacobian)):
             for got, expected in zip(
                 programme.derivatives[name](values, parameters), own(values, parameters), strict=True
@@ -50,6 +52,55 @@ def test_assembled_derivatives_are_those_of_automatic_differentiation(everything
                 assert differ(got, expected.T if got.shape != expected.shape else expected) < ROUNDING
         got = programme.derivatives["hess_lag"](values, parameters, 0.7, weights)
         assert differ(got, hessian(values, parameters, 0.7, weights)) < 10 * ROUNDING
+
+
+@pytest.mark.parametrize("rule", [RADAU, FLIPPED_RADAU], ids=["Radau", "flipped Radau"])
+@pytest.mark.parametrize("free_end", [False, True], ids=["fixed end, data", "free end"])
+@pytest.mark.parametrize("compile_code", [False, True], ids=["virtual machine", "compiled"])
+def test_assembled_derivatives_are_those_of_automatic_differentiation(
+    everything, free_end, compile_code, rule
+):
+    problem = everything(free_end)
+    mesh = ocp.Mesh(MESH.boundaries, MESH.orders, rule)
+    transcription, programme = transcribed(problem, compile_code, mesh)
+    _, plain = transcribed(problem, False, mesh)
+    parameters = transcription.parameter_vector(np.full(2, 0.9))
+    assert_derivatives_are_those_of_automatic_differentiation(programme, plain, parameters)
+
+
+@pytest.mark.parametrize("form", ["differential", "integral"])
+def test_derivatives_of_joined_phases_are_those_of_automatic_differentiation(everything, form):
+    first = ocp.Problem(**{**vars(everything(True)), "name": "first"})
+    # both ends are free and may cross: a condition keeps them in order
+    later = ocp.Independent("t", (0.5, 3.0), (1.0, 6.0), scale=0.5)
+    second = ocp.Problem(**{**vars(everything(True)), "name": "second", "independent": later})
+    problem = ocp.Phases(
+        "both",
+        [first, second],
+        [
+            *ocp.continuous(first, second),
+            ocp.Link(
+                "product",
+                "m²",
+                (0, 1),
+                0.5,
+                lambda at: at.first.final.x * at.second.final.v * at.first.final.drag,
+            ),
+        ],
+        cost=lambda at: at.first.initial.v * at.second.final.x**2 * at.second.final.t,
+    )
+    meshes = [MESH, ocp.Mesh.uniform(2, 3, FLIPPED_RADAU)]
+    collocated = System.of(problem, False).collocated(meshes, form)
+    plain = System.of(problem, False).collocated(meshes, form)
+    iterates = System.of(problem, False).started({}, {"first": meshes[0], "second": meshes[1]})
+    assert_derivatives_are_those_of_automatic_differentiation(
+        collocated.programme, plain.programme, collocated.parameters(iterates)
+    )
+    x = collocated.pack(iterates)[0]
+    multipliers = np.random.default_rng(2).normal(size=len(collocated.programme.rows_lower))
+    back = collocated.pack(collocated.unpack(x, np.zeros_like(x), multipliers))
+    np.testing.assert_allclose(back[0], x, atol=1e-13)
+    np.testing.assert_allclose(back[2], multipliers, atol=1e-11)
 
 
 def test_hessian_is_upper_triangular(everything):

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 from thesislib.ocp import Mesh
+from thesislib.ocp.quadrature import FLIPPED_RADAU, RADAU
 
 UNEVEN = Mesh(np.array([0.0, 0.1, 0.4, 1.0]), np.array([2, 5, 3]))
 
@@ -74,3 +75,26 @@ def test_mesh_that_is_fine_enough_is_not_divided():
 def test_intervals_by_order_are_each_interval_once():
     found = sorted((int(k), order) for order, members in UNEVEN.by_order() for k in members)
     assert found == [(0, 2), (1, 5), (2, 3)]
+
+
+def test_flipped_points_leave_out_the_start_and_keep_their_kind():
+    flipped = Mesh(UNEVEN.boundaries, UNEVEN.orders, FLIPPED_RADAU)
+    np.testing.assert_allclose(flipped.collocation, np.sort(1 - mirrored().collocation), atol=1e-15)
+    assert flipped.nodes[0] == 0.0 and flipped.nodes[-1] == 1.0 and len(flipped.nodes) == 11
+    np.testing.assert_array_equal(flipped.nodes[flipped.collocated], flipped.collocation)
+    assert flipped.weights.sum() == pytest.approx(1, abs=1e-15)
+    assert flipped.halved().rule is FLIPPED_RADAU and flipped.divided(0.2).rule is FLIPPED_RADAU
+
+
+def mirrored() -> Mesh:
+    """The mesh that `UNEVEN` is when it is read from its end."""
+    return Mesh(1 - UNEVEN.boundaries[::-1], UNEVEN.orders[::-1])
+
+
+@pytest.mark.parametrize("rule", [RADAU, FLIPPED_RADAU], ids=["Radau", "flipped Radau"])
+def test_polynomials_of_an_interval_go_through_its_nodes(rule):
+    mesh = Mesh(UNEVEN.boundaries, UNEVEN.orders, rule)
+    values = np.vstack((mesh.nodes**2, 1 - mesh.nodes))
+    places = np.linspace(0, 1, 23)
+    found = mesh.interpolate_states(values, places)
+    np.testing.assert_allclose(found, [places**2, 1 - places], atol=1e-14)
