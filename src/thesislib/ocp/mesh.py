@@ -182,11 +182,12 @@ class Mesh:
     def _interpolate(self, values: Array, fractions: Array, rule: Callable[[int], Array]) -> Array:
         fractions = np.atleast_1d(np.asarray(fractions, dtype=float))
         inside = np.clip(np.searchsorted(self.boundaries, fractions, side="right") - 1, 0, self.intervals - 1)
+        tau = 2 * (fractions - self.boundaries[inside]) / self.widths[inside] - 1
         result = np.empty((values.shape[0], len(fractions)))
-        for k in np.unique(inside):
-            here = inside == k
-            first, support = int(self.first[k]), rule(int(self.orders[k]))
-            tau = 2 * (fractions[here] - self.boundaries[k]) / self.widths[k] - 1
-            matrix = interpolation_matrix(support, tau)
-            result[:, here] = values[:, first : first + len(support)] @ matrix.T
+        for order in np.unique(self.orders[inside]):
+            here = np.flatnonzero(self.orders[inside] == order)
+            support = rule(int(order))
+            matrix = interpolation_matrix(support, tau[here])
+            supported = values[:, self.first[inside[here]][:, None] + np.arange(len(support))]
+            result[:, here] = np.einsum("pn,rpn->rp", matrix, supported)
         return result
