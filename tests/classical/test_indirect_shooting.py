@@ -113,6 +113,8 @@ def test_escaping_trajectory_is_reported_with_the_condition_it_cannot_meet():
 def test_missing_and_misshapen_guesses_are_refused():
     with pytest.raises(ValueError, match="final time is free and needs a guess"):
         single_shooting(slide(), [-0.1, -0.1, -0.1])
+    with pytest.raises(ValueError, match=r"guess of the final time -1\.0 s must be positive"):
+        single_shooting(slide(), [-0.1, -0.1, -0.1], -1.0)
     with pytest.raises(ValueError, match=r"costate guess has shape \(2,\), and \(3,\) is needed"):
         single_shooting(slide(), [0.1, 0.2], 1.0)
     with pytest.raises(ValueError, match="entries that are not finite"):

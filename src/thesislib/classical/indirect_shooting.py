@@ -19,6 +19,9 @@ from .newton import newton
 ESCAPE: Final = 1e3
 """Size at which a trajectory is given up: it is on its way to infinity in finite time."""
 
+LONGEST: Final = 20.0
+"""Longest free final time that Newton's method may try, in guesses: no wild step is integrated to its end."""
+
 
 @dataclass(frozen=True)
 class Propagation:
@@ -165,8 +168,11 @@ def multiple_shooting(
     free_time = problem.final_time is None
     if free_time and final_time_guess is None:
         raise ValueError(f"{name}: the final time is free and needs a guess")
+    if final_time_guess is not None and not 0 < final_time_guess < np.inf:
+        raise ValueError(f"{name}: guess of the final time {final_time_guess} s must be positive and finite")
     conditions = NecessaryConditions(problem)
     initial = np.asarray(problem.initial, float)
+    longest = np.inf if final_time_guess is None else LONGEST * final_time_guess
 
     def unpacked(v: Array) -> tuple[Array, float]:
         t_f = v[-1] if free_time else problem.horizon()
@@ -184,7 +190,7 @@ def multiple_shooting(
 
     def residual(v: Array) -> Array:
         starts, t_f = unpacked(v)
-        if t_f <= 0:
+        if not 0 < t_f <= longest:
             return np.full(len(v), np.inf)
         ends, _ = shot(v)
         gaps = (ends[:-1] - starts[1:]).ravel()
