@@ -226,3 +226,20 @@ def test_start_that_leads_astray_is_tried_once_more_from_its_values_alone(bryson
     found = ocp.solve(bryson_denham(0.05), far, tolerance=0.5, barrier=1e-12, iterations=limit)
     assert found.converged and found.history[0].iterations > limit
     assert found.objective == pytest.approx(4 / (9 * 0.05), rel=1e-3)
+
+
+def test_start_that_ends_in_a_point_without_way_out_is_led_around():
+    # a straight line from 2 m/s to rest at a lower place contradicts itself, and the end is free
+    problem = Problem(
+        "stop",
+        Independent("t", 0.0, (0.1, 20.0)),
+        [State("x", "m", (-20, 20)), State("v", "m/s", (-10, 10))],
+        lambda at: Equations({"x": at.v, "v": at.u}),
+        controls=[ocp.Control("u", "m/s²", (-1, 1))],
+        mayer=lambda ends: ends.final.t,
+        initial={"x": 1.0, "v": 2.0},
+        terminal={"x": 0.0, "v": 0.0},
+    )
+    solution = ocp.solve(problem, tolerance=1e-4)
+    # brake, come back, brake: v0 + 2 √(v0²/2 + x0); the switch lies inside a mesh interval
+    assert solution.objective == pytest.approx(2 + 2 * np.sqrt(3), rel=2e-4)

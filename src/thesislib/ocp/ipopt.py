@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import Any
 
 import casadi as ca
@@ -11,14 +12,51 @@ from thesislib.ocp.progress import Watch
 from thesislib.ocp.quadrature import Array
 from thesislib.ocp.settings import Settings
 
-# What IPOPT says when a start from a solution has led it astray: worth one more start from the values alone.
-LOST = (
-    "Maximum_Iterations_Exceeded",
+# What IPOPT says when it got stuck, whatever the budget: another way may lead through.
+STUCK = (
     "Infeasible_Problem_Detected",
     "Restoration_Failed",
     "Search_Direction_Becomes_Too_Small",
     "Error_In_Step_Computation",
 )
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One way to call IPOPT on a mesh.
+
+    Attributes
+    ----------
+    warm : bool
+        Whether it starts from multipliers.
+    after : tuple of str
+        The verdicts of IPOPT that this attempt answers.
+    options : dict
+        What it does otherwise than the plain call.
+    """
+
+    warm: bool
+    after: tuple[str, ...] = ()
+    options: dict[str, Any] = field(default_factory=dict)
+
+    def answers(self, status: str) -> bool:
+        """Whether the attempt is worth its time after IPOPT ended with a status."""
+        return status in self.after
+
+
+def attempts(warm: bool) -> list[Attempt]:
+    """Return the ways to call IPOPT, one after another as long as it gets stuck.
+
+    A start from a solution is followed by one from its values alone. A start that ends in a point from
+    which no step leads towards the constraints, as problems with a free end easily do, is followed by
+    one with another rule for the barrier, and by one that looks for a feasible point first.
+    """
+    from_values = Attempt(False, (*STUCK, "Maximum_Iterations_Exceeded"))
+    detours = [
+        Attempt(False, STUCK, {"mu_strategy": "adaptive"}),
+        Attempt(False, STUCK, {"start_with_resto": "yes"}),
+    ]
+    return [Attempt(True), from_values, *detours] if warm else [Attempt(False), *detours]
 
 
 def minimise(
@@ -30,7 +68,7 @@ def minimise(
 
 
 def options_of(
-    programme: Programme, settings: Settings, warm: bool, tolerance: float, seconds: float
+    programme: Programme, settings: Settings, attempt: Attempt, tolerance: float, seconds: float
 ) -> dict[str, Any]:
     """Return the options of `casadi.nlpsol`."""
     options: dict[str, Any] = {
@@ -53,7 +91,7 @@ def options_of(
             "ipopt.file_print_level": 5,
             "ipopt.file_append": "yes",
         }
-    if warm:
+    if attempt.warm:
         options |= {
             "ipopt.warm_start_init_point": "yes",
             "ipopt.mu_init": settings.barrier,
@@ -63,7 +101,8 @@ def options_of(
             "ipopt.warm_start_slack_bound_frac": settings.barrier,
             "ipopt.warm_start_mult_bound_push": settings.barrier,
         }
-    return options | {f"ipopt.{name}": value for name, value in settings.ipopt.items()}
+    own = attempt.options | dict(settings.ipopt)
+    return options | {f"ipopt.{name}": value for name, value in own.items()}
 
 
 def callback(watch: Watch | None) -> dict[str, Any]:

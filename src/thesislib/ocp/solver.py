@@ -13,7 +13,7 @@ import numpy as np
 
 from thesislib.ocp.evaluation import objective
 from thesislib.ocp.failure import SolveError, failure, finished, told
-from thesislib.ocp.ipopt import LOST, callback, minimise, options_of
+from thesislib.ocp.ipopt import attempts, callback, minimise, options_of
 from thesislib.ocp.iterate import Iterate
 from thesislib.ocp.mesh import Mesh
 from thesislib.ocp.phased import PhasedSolution
@@ -150,7 +150,6 @@ class _Run:
         programme = collocated.programme
         x, lam_x, lam_g = collocated.pack(iterates)
         left = settings.seconds - sum(record.seconds for record in self.history)
-        options = options_of(programme, settings, lam_x is not None, self._tolerance(draft), left)
         watch = None
         if settings.progress:
             points = [mesh.points for mesh in iterates.meshes]
@@ -158,7 +157,6 @@ class _Run:
             watch = Watch(
                 settings.progress, programme, about, self.system.pointwise[0].problem.objective_scale
             )
-        options |= callback(watch)
         fixed = {
             "p": collocated.parameters(iterates),
             "lbx": programme.lower,
@@ -168,15 +166,22 @@ class _Run:
             "x0": np.clip(x, programme.lower, programme.upper),
         }
         warm = {} if lam_x is None or lam_g is None else {"lam_x0": lam_x, "lam_g0": lam_g}
-        result, stats = minimise(programme, options, fixed | warm)
-        iterations = int(stats["iter_count"])
-        if warm and stats["return_status"] in LOST and _cpu() - begun < left:
-            options = options_of(programme, settings, False, self._tolerance(draft), left - (_cpu() - begun))
-            result, stats = minimise(programme, options | callback(watch), fixed)
+        result, status, iterations = None, "", 0
+        for attempt in attempts(bool(warm)):
+            remaining = left - (_cpu() - begun)
+            if result is not None and (remaining <= 0 or not attempt.answers(status)):
+                continue
+            options = options_of(programme, settings, attempt, self._tolerance(draft), remaining)
+            found, stats = minimise(
+                programme, options | callback(watch), fixed | (warm if attempt.warm else {})
+            )
             iterations += int(stats["iter_count"])
-        if watch is not None:
-            watch.reraise()
-        status = str(stats["return_status"])
+            if watch is not None:
+                watch.reraise()
+            # where nothing helps, what the plain cold start says is what is told
+            if result is None or finished(str(stats["return_status"])) or not attempt.options:
+                result, status = found, str(stats["return_status"])
+        assert result is not None
         return self._solution(collocated, result, status, iterations, _cpu() - begun)
 
     def _solution(
