@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from thesislib import provenance
 
@@ -280,9 +280,10 @@ def _refuse_bad_links(axle: Axle) -> None:
         )
 
 
-def _wrenches(axle: Axle) -> ArrayLike:
+def _wrenches(axle: Axle) -> Array:
     """Return direction and moment, per 0.3 m, of every link about the wheel centre: rows of shape (6, 6)."""
     along = axle.inner_ends - axle.carrier
     along /= np.linalg.norm(along, axis=1, keepdims=True)
     moments = np.cross(axle.carrier - axle.wheel_centre, along) / 0.3
-    return np.hstack((along, moments))
+    rows: Array = np.hstack((along, moments))
+    return rows

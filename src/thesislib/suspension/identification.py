@@ -70,9 +70,7 @@ def at_rest(axle: Axle, load: float, height: float) -> Axle:
     torque = (load * (radius * drop - 1.0) - axle.carrier_mass * GRAVITY) / turn
     length = float(np.linalg.norm(axle.spring_end * MIRROR - axle.spring_end))
     road = float(wheel.centre(zero)[2, 0] + radius * wheel.down(zero)[2, 0])
-    return replace(
-        axle, torsion_preload=torque, heave_free_length=length, reference_plane=road + height
-    )
+    return replace(axle, torsion_preload=torque, heave_free_length=length, reference_plane=road + height)
 
 
 def moved(axle: Axle, changes: dict[str, float], load: float, height: float) -> Axle:
@@ -197,8 +195,8 @@ def identify(
     if not np.all(missed < 1e-3):
         worst = int(np.argmax(missed))
         raise ValueError(
-            f"{axle.name}: {wanted[worst]} = {np.array(reached)[index][worst]:.5g} stays {missed[worst]:.2%} away "
-            f"from {goal[worst]:.5g}; the free numbers {', '.join(free)} cannot reach it."
+            f"{axle.name}: {wanted[worst]} = {np.array(reached)[index][worst]:.5g} stays {missed[worst]:.2%} "
+            f"away from {goal[worst]:.5g}; the free numbers {', '.join(free)} cannot reach it."
         )
     return Identified(identified, reached, int(found.nfev))
 
@@ -246,7 +244,8 @@ def identifiability(
     step : float
         Half-width of the differences, in the units of :data:`FREE`.
     visible : float
-        Singular values below this count as zero: a change of a hundredth moves no slope by a tenth of a digit.
+        Singular values below this count as zero: a change of a hundredth moves no slope by a tenth of a
+        digit.
     """
     columns = []
     for name in FREE:

@@ -115,7 +115,7 @@ def kinematics(axle: Axle, steer: float = 0.0, travel: tuple[float, float] | Non
     Raises
     ------
     GeometryError
-        If the links cannot be assembled at a travel, or the push rod asks more of the rocker than a turn can give.
+        If the links cannot be assembled at a travel, or the rocker cannot follow the push rod.
     """
     low, high = travel or axle.travel
     nodes = np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES)
@@ -195,8 +195,8 @@ def _poses(axle: Axle, steer: float, q: Array) -> Array:
     at = int(np.argmax(np.nan_to_num(worst, nan=np.inf)))
     link = int(np.argmax(np.abs(np.nan_to_num(residual[:5, at], nan=np.inf))))
     raise GeometryError(
-        f"{axle.name}: at a wheel travel of {1e3 * q[at]:.1f} mm the links do not meet, first the {LINKS[link]}; "
-        "this geometry cannot reach it."
+        f"{axle.name}: at a wheel travel of {1e3 * q[at]:.1f} mm the links do not meet, first the "
+        f"{LINKS[link]}; this geometry cannot reach it."
     )
 
 
@@ -220,8 +220,8 @@ def _rocker_angles(axle: Axle, outer: Array, q: Array) -> Array:
     if not np.all(np.abs(C) < reach):
         at = int(np.argmax(np.abs(C) / reach))
         raise GeometryError(
-            f"{axle.name}: at a wheel travel of {1e3 * q[at]:.1f} mm the rocker cannot follow the push rod; it "
-            "has reached its dead centre."
+            f"{axle.name}: at a wheel travel of {1e3 * q[at]:.1f} mm the rocker cannot follow the push rod; "
+            "it has reached its dead centre."
         )
     A_0, B_0, C_0 = (float(one[0]) for one in terms((axle.carrier[5] - axle.pivot)[None, :]))
     branch = -np.sign(np.arctan2(B_0, A_0)) if abs(C_0) < np.hypot(A_0, B_0) else 1.0

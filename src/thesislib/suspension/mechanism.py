@@ -150,8 +150,8 @@ class Mechanism:
             rod_end = ca.DM(axle.pivot * side) + turned(
                 axle.rocker_axis * side, alpha[i], (axle.rod_end - axle.pivot) * side
             )
-            inner = [ca.DM(point * side) for point in axle.chassis]
-            inner[4] = inner[4] - ca.vertcat(0, axle.pinion_radius * steer, 0)  # (3.2)
+            inner = [ca.SX(ca.DM(point * side)) for point in axle.chassis]
+            inner[4] -= ca.vertcat(0, axle.pinion_radius * steer, 0)  # (3.2)
             along = [end - (centre + arm) for end, arm in zip((*inner, rod_end), arms, strict=True)]
             d = [vector / ca.norm_2(vector) for vector in along]
 
@@ -268,7 +268,7 @@ class Mechanism:
         )
 
     def _polynomial_start(self, given: Array) -> Array:
-        """Return unknowns from polynomials through some of the cases, which are solved from the design position."""
+        """Return unknowns from polynomials through a few cases that are solved from the design position."""
         # deflections are nearly linear in a compliance, not in a stiffness
         inputs = np.column_stack((given[2], given[5], 1.0 / given[15]))
         lowest, width = inputs.min(axis=0), np.ptp(inputs, axis=0)
@@ -293,7 +293,8 @@ class Mechanism:
         rocker = np.abs(found[:, [6, 19]] * 1e-2).max()
         if rocker > np.pi / 2:
             raise ConvergenceError(
-                f"{self.axle.name}: a rocker turned by {np.degrees(rocker):.0f} degrees, past its dead centre."
+                f"{self.axle.name}: a rocker turned by {np.degrees(rocker):.0f} degrees, past its dead "
+                "centre."
             )
 
 

@@ -107,10 +107,9 @@ class ReducedAxle:
             if not np.all(np.isfinite(q)) or float(np.abs(step).max(initial=0.0)) < _TOLERANCE:
                 break
         self._refuse_unbalanced(step, q, F)
-        contacts = [self.contact(q[i], R[i]) for i in range(2)]
-        contacts[1] = contacts[1] * MIRROR
+        left, right = self.contact(q[0], R[0]), self.contact(q[1], R[1]) * MIRROR
         rocker = np.stack([self._fast.rocker(one) for one in q], axis=1)
-        standing = stance(*contacts, self.axle.reference_plane)
+        standing = stance(left, right, self.axle.reference_plane)
         return Equilibrium(**vars(standing), travel=q.T, rocker=rocker)
 
     def contact(self, q: Array, R: Array) -> Array:
@@ -185,8 +184,8 @@ class ReducedAxle:
             at = failed[0]
             low, high = self.wheel.travel
             raise ConvergenceError(
-                f"{self.axle.name}: no equilibrium within the wheel travel {1e3 * low:g} .. {1e3 * high:g} mm for "
-                f"{failed.size} of {q.shape[1]} load cases, the first at F_l = {F[0][at] / 1e3:g} kN, "
+                f"{self.axle.name}: no equilibrium within the wheel travel {1e3 * low:g} .. {1e3 * high:g} mm "
+                f"for {failed.size} of {q.shape[1]} load cases, the first at F_l = {F[0][at] / 1e3:g} kN, "
                 f"F_r = {F[1][at] / 1e3:g} kN."
             )
 
