@@ -105,7 +105,7 @@ class DynamicAxle:
         road, roll, q, v = x[0], x[1], x[2:4], x[4:8]
         alpha = [_horner(wheel.rocker, q[i])[0] for i in range(2)]
         slope = -ca.tan(roll)
-        mass = ca.diag(ca.vertcat(self.body_mass, self.roll_inertia, 0, 0))
+        mass = ca.diag(ca.SX([self.body_mass, self.roll_inertia, 0, 0]))
         weight = axle.carrier_mass * GRAVITY
         generalised = ca.vertcat(-force, moment, -self._elastic_slope(alpha, q))
         tyres = []
@@ -129,7 +129,7 @@ class DynamicAxle:
     def _spring_length(self, alpha: list[ca.SX]) -> ca.SX:
         axle = self.axle
         ends = [axle.pivot + turned(axle.rocker_axis, angle, axle.spring_end - axle.pivot) for angle in alpha]
-        return ca.norm_2(ends[0] - MIRROR * ends[1])
+        return ca.norm_2(ends[0] - ca.SX(ca.DM(MIRROR)) * ends[1])
 
     def _elastic_slope(self, alpha: list[ca.SX], q: ca.SX) -> ca.SX:
         """Return the derivative of the springs' energy with respect to both travels."""
@@ -148,7 +148,7 @@ class DynamicAxle:
         return heave + self.axle.rocker_damping * turning.T @ (turning @ v)
 
     def wrench(self, equilibrium: Equilibrium, loads: WheelLoads) -> tuple[Array, Array]:
-        """Return force (N, down) and roll moment (N m) on the body that hold it over the given tyre forces."""
+        """Return force (N, down) and moment (N m) on the body that hold it over the given tyre forces."""
         F = np.column_stack((loads.left[:, 2], loads.right[:, 2]))
         contact = np.column_stack((equilibrium.contact_left[:, 1], equilibrium.contact_right[:, 1]))
         weight = self.axle.carrier_mass * GRAVITY
@@ -174,7 +174,7 @@ class DynamicAxle:
         return ordered
 
     def _integrated(self, t: Array, force: Array, moment: Array, start: Array) -> Array:
-        """Return the states, shape (8, N), at times `t` under a wrench that is linear between them (CVODES)."""
+        """Return the states, shape (8, N), at times `t` under a wrench linear between them, by CVODES."""
         x, at, u = ca.SX.sym("x", 8), ca.SX.sym("t"), ca.SX.sym("u", 5)
         since = at - u[0]
         rates = self.rates(x, u[1] + u[2] * since, u[3] + u[4] * since)[0]

@@ -184,7 +184,7 @@ class ReducedAxle:
             at = failed[0]
             low, high = self.wheel.travel
             raise ConvergenceError(
-                f"{self.axle.name}: no equilibrium within the wheel travel {1e3 * low:g} .. {1e3 * high:g} mm "
+                f"{self.axle.name}: no equilibrium at wheel travels {1e3 * low:g} .. {1e3 * high:g} mm "
                 f"for {failed.size} of {q.shape[1]} load cases, the first at F_l = {F[0][at] / 1e3:g} kN, "
                 f"F_r = {F[1][at] / 1e3:g} kN."
             )

@@ -80,8 +80,8 @@ def sweep(
     """
     if not heaviest < 0.0 or points < 2:
         raise ValueError(
-            f"A mesh of {points} loads from 0 to {heaviest:g} N is none: the heaviest load must be below zero "
-            "(SAE), and there must be two loads at least."
+            f"A mesh of {points} loads from 0 to {heaviest:g} N is none: the heaviest load must be below "
+            "zero (SAE), and there must be two loads at least."
         )
     solver = axle if isinstance(axle, ReducedAxle) else ReducedAxle(axle)
     load = np.linspace(0.0, heaviest, points)
