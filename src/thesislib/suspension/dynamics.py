@@ -129,7 +129,7 @@ class DynamicAxle:
     def _spring_length(self, alpha: list[ca.SX]) -> ca.SX:
         axle = self.axle
         ends = [axle.pivot + turned(axle.rocker_axis, angle, axle.spring_end - axle.pivot) for angle in alpha]
-        return ca.norm_2(ends[0] - ca.SX(ca.DM(MIRROR)) * ends[1])
+        return ca.SX(ca.norm_2(ends[0] - ca.DM(MIRROR) * ends[1]))
 
     def _elastic_slope(self, alpha: list[ca.SX], q: ca.SX) -> ca.SX:
         """Return the derivative of the springs' energy with respect to both travels."""
