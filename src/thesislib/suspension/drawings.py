@@ -26,6 +26,18 @@ COLOURS: Final = (*4 * (WISHBONE,), VERMILION, GREEN)
 """Colours of links 1 to 6: wishbones black, track rod red, push rod green, as in figure 3.1."""
 
 _CHASSIS, _CARRIER = VERMILION, BLUE
+_ONE_LABEL = 32.0  # mm: points that are closer in a view share a label
+
+# Where the name of each rod force stands: from the arrow's tip or from its foot, offset in points. The upper
+# three forces lie almost on one line and point away from the free side of the drawing.
+_FORCE_LABELS = (
+    ("foot", (10, 22)),
+    ("foot", (10, 9)),
+    ("tip", (6, 6)),
+    ("tip", (6, -12)),
+    ("foot", (10, -4)),
+    ("tip", (-4, -14)),
+)
 
 
 def wheel_outline(axle: Axle, side: Array, radius: float = 0.326, half_width: float = 0.12) -> list[Array]:
@@ -53,16 +65,15 @@ def both_axles(figure: Figure, front: Axle, rear: Axle, wheelbase: float) -> Fig
     for name, colour in (("wishbones", WISHBONE), ("push and pull rods", GREEN), ("track rods", VERMILION)):
         axes.plot([], [], [], color=colour, label=name)
     axes.legend(frameon=False, fontsize="small", loc="upper left")
-    axes.set_box_aspect((wheelbase + 1.0, 1.8, 0.9), zoom=1.25)
-    axes.set_aspect("equal")
-    axes.invert_zaxis()
-    axes.invert_yaxis()
-    axes.view_init(elev=24, azim=-52)
-    axes.set_xlabel("x (m)", labelpad=12)
-    axes.set_ylabel("y (m)")
-    axes.set_zlabel("z (m)", labelpad=-4)
-    axes.tick_params(labelsize="x-small")
-    axes.set_zticks([-0.4, 0.0, 0.3])
+    axes.set(xlim=(-wheelbase - 0.45, 0.45), ylim=(0.9, -0.9), zlim=(0.35, -0.5))
+    axes.set_box_aspect((wheelbase + 0.9, 1.8, 0.85), zoom=1.05)
+    axes.view_init(elev=22, azim=-58)
+    axes.set_xlabel("x (m)", labelpad=14)
+    axes.set_ylabel("y (m)", labelpad=2)
+    axes.set_zlabel("z (m)", labelpad=-6)
+    axes.tick_params(labelsize="x-small", pad=-1)
+    axes.set_yticks([-0.5, 0.0, 0.5])
+    axes.set_zticks([-0.4, 0.0])
     return figure
 
 
@@ -79,12 +90,20 @@ def left_corner(figure: Figure, axle: Axle) -> Figure:
         for letter, points, colour in (("P", axle.inner_ends, _CHASSIS), ("Q", axle.carrier, _CARRIER)):
             for label, point in _grouped(letter, points, (across, along)):
                 axes.plot(*point, color=colour, marker="*", markersize=8, linestyle="none")
+                # the push rod's outer end stands apart from the others, towards the car
+                left = letter == "Q" and label != "$Q_6$"
                 axes.annotate(
-                    label, tuple(point), (0, 6), textcoords="offset points", ha="center", fontsize="small"
+                    label,
+                    tuple(point),
+                    (-8 if left else 8, -10),
+                    textcoords="offset points",
+                    ha="right" if left else "left",
+                    fontsize="small",
                 )
         centre = 1e3 * axle.wheel_centre[[across, along]]
         axes.plot(*centre, color=GREY, marker="o")
-        axes.annotate("$O_W$", tuple(centre), (6, 6), textcoords="offset points", fontsize="small")
+        axes.annotate("$O_W$", tuple(centre), (-22, -4), textcoords="offset points", fontsize="small")
+        axes.margins(0.2)
         _frame(axes, title, ("y (mm)", ("x", "y", "z")[along] + " (mm)"), down=along == 2)
     return figure
 
@@ -135,13 +154,13 @@ def free_body(figure: Figure, axle: Axle, solution: Solution, force: Sequence[fl
         direction = axle.inner_ends[i] - axle.carrier[i]
         push = solution.rod_forces[0, 0, i] * direction / np.linalg.norm(direction)
         name = f"$R_{{L{i + 1}}}$" if i < 5 else "$F_{PL}$"
-        _arrow(axes, axle.carrier[i], push, scale, COLOURS[i], f"{name} {np.linalg.norm(push):.0f} N", i)
+        label = f"{name} {np.linalg.norm(push):.0f} N"
+        _arrow(axes, axle.carrier[i], push, scale, COLOURS[i], label, *_FORCE_LABELS[i])
     contact = solution.contact_left[0]
-    _arrow(
-        axes, contact, np.asarray(force, dtype=float), scale, VERMILION, f"$F_{{TL}}$ {-force[2]:.0f} N", 0
-    )
+    tyre = np.asarray(force, dtype=float)
+    _arrow(axes, contact, tyre, scale, VERMILION, f"$F_{{TL}}$ {-force[2]:.0f} N", "tip", (-78, -14))
     weight = np.array([0.0, 0.0, axle.carrier_mass * GRAVITY])
-    _arrow(axes, axle.wheel_centre, weight, scale, GREY, f"$F_{{Lg}}$ {weight[2]:.0f} N", 0)
+    _arrow(axes, axle.wheel_centre, weight, scale, GREY, f"$F_{{Lg}}$ {weight[2]:.0f} N", "tip", (-72, -4))
     axes.plot(*1e3 * contact[1:], color="black", marker="o", markersize=4)
     axes.annotate("$Q_{GC}$", 1e3 * contact[1:], (8, -4), textcoords="offset points")
     axes.margins(0.16)
@@ -201,7 +220,7 @@ def _grouped(letter: str, points: Array, axes: tuple[int, int]) -> list[tuple[st
     groups: list[tuple[list[int], Array]] = []
     for i, point in enumerate(1e3 * points[:, axes]):
         for members, at in groups:
-            if np.linalg.norm(point - at) < 12.0:
+            if np.linalg.norm(point - at) < _ONE_LABEL:
                 members.append(i + 1)
                 break
         else:
@@ -217,17 +236,21 @@ def _spring(axes: Axes, start: Array, end: Array, coils: int = 9) -> None:
     axes.plot(*path.T, color=BLUE, linewidth=1.3)
 
 
-def _arrow(axes: Axes, at: Array, force: Array, scale: float, colour: str, label: str, row: int) -> None:
+def _arrow(
+    axes: Axes,
+    at: Array,
+    force: Array,
+    scale: float,
+    colour: str,
+    label: str,
+    end: str,
+    offset: tuple[int, int],
+) -> None:
     foot, tip = 1e3 * at[1:], 1e3 * at[1:] + scale * force[1:]
-    axes.annotate(
-        "",
-        tuple(tip),
-        tuple(foot),
-        arrowprops={"arrowstyle": "-|>", "color": colour, "linewidth": 1.6, "shrinkA": 0, "shrinkB": 0},
-    )
-    axes.annotate(
-        label, tuple(tip), (4, (4, -12)[row % 2]), textcoords="offset points", fontsize="small", color=colour
-    )
+    line = {"arrowstyle": "-|>", "color": colour, "linewidth": 1.6, "shrinkA": 0, "shrinkB": 0}
+    axes.annotate("", tuple(tip), tuple(foot), arrowprops=line)
+    place = tuple(tip) if end == "tip" else tuple(foot)
+    axes.annotate(label, place, offset, textcoords="offset points", fontsize="small", color=colour)
 
 
 def _frame(axes: Axes, title: str, labels: tuple[str, str], *, down: bool) -> None:

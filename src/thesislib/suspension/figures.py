@@ -154,6 +154,27 @@ def degree_errors(figure: Figure, degrees: Sequence[int], errors: Mapping[str, S
     return figure
 
 
+def conditioning(
+    figure: Figure, degrees: Array, conditions: Mapping[str, Array], errors: Mapping[str, Array]
+) -> Figure:
+    """Draw condition numbers and relative errors of coefficients over the degree of a fit."""
+    left, right = figure.subplots(1, 2)
+    for axes, curves, label in (
+        (left, conditions, "condition number"),
+        (right, errors, "largest error of a coefficient"),
+    ):
+        for colour, marker, (name, values) in zip(
+            (BLUE, VERMILION, GREEN), "os^", curves.items(), strict=False
+        ):
+            # exact zeros cannot be drawn on a logarithmic axis: rounding stands for them
+            shown = np.maximum(values, 1e-18)
+            plain(axes).semilogy(degrees, shown, color=colour, marker=marker, label=name)
+        axes.legend(frameon=False)
+        axes.set_xlabel("degree")
+        axes.set_ylabel(label)
+    return figure
+
+
 def replayed_lap(figure: Figure, histories: Mapping[str, RideHistory]) -> Figure:
     """Draw ride heights of moving axles and at rest over time, and below them the differences."""
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))

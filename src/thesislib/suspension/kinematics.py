@@ -20,8 +20,8 @@ from thesislib.suspension.mechanism import rotation, wheel_down
 
 Array = NDArray[np.float64]
 
-_DEGREE = 16
-_NODES = 33
+_DEGREE = 20
+_NODES = 41
 _TOLERANCE = 1e-13  # m: rounding of lengths near one metre
 _ITERATIONS = 30
 
