@@ -85,7 +85,7 @@ def stance_maps(figure: Figure, data: Sweep) -> Figure:
         axes.set_xlabel("force on the left tyre (kN)")
         axes.set_aspect("equal")
         axes.invert_xaxis()
-        axes.invert_yaxis()
+    panels[0].invert_yaxis()  # the panels share it
     panels[0].set_ylabel("force on the right tyre (kN)")
     return figure
 
@@ -145,7 +145,7 @@ def degree_errors(figure: Figure, degrees: Sequence[int], errors: Mapping[str, S
     styles = zip(
         (BLUE, VERMILION, BLUE, VERMILION), ("solid", "solid", "dashed", "dashed"), "osos", strict=True
     )
-    for (name, values), (colour, style, marker) in zip(errors.items(), styles, strict=True):
+    for (name, values), (colour, style, marker) in zip(errors.items(), styles, strict=False):
         axes.semilogy(degrees, values, color=colour, linestyle=style, marker=marker, label=name)
     axes.legend(frameon=False)
     axes.set_xticks(list(degrees))
