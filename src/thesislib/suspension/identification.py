@@ -108,7 +108,7 @@ def moved(axle: Axle, changes: dict[str, float], load: float, height: float) -> 
     return at_rest(changed, load, height)
 
 
-def slopes(axle: Axle, heaviest: float, points: int = 15) -> Slopes:
+def slopes(axle: Axle, heaviest: float, points: int = 31) -> Slopes:
     """Return the slopes of the quadratic metamodel of an axle, fitted on a square mesh of loads.
 
     Parameters

@@ -32,7 +32,7 @@ UNKNOWNS = 26
 _SCALES = np.tile(np.r_[np.full(3, 1e-3), np.full(4, 1e-2), np.full(6, 1e3)], 2)
 _RESIDUAL = 1e-8  # mm, kN, 0.1 kN m: a hundred times the rounding of the length equations
 _ITERATIONS = 30
-_SAMPLE, _START_DEGREE = 250, 6  # a large mesh starts from polynomials of 84 terms through a part of it
+_SAMPLE, _START_DEGREE = 250, 5  # a large mesh starts from polynomials of 56 terms through a part of it
 
 
 class ConvergenceError(RuntimeError):
@@ -183,29 +183,33 @@ class Mechanism:
         return ca.Function("equations", [unknowns, given], results, ["x", "p"], ["g", "contact", "spindle"])
 
     @cached_property
-    def _functions(self) -> tuple[ca.Function, ca.Function]:
-        """Residual of the equations alone, and one step of Newton's method."""
+    def _functions(self) -> tuple[ca.Function, ca.Function, ca.Function]:
+        """Residual of the equations alone, one step of Newton's method, and contact points with spindles."""
         x, p = ca.SX.sym("x", UNKNOWNS), ca.SX.sym("p", 18)
-        g = self.equations(x, p)[0]
+        g, *places = self.equations(x, p)
         # shared subexpressions go by `cse`: a quarter of the Jacobian's cost
         residual = ca.Function("residual", [x, p], ca.cse([g]))
         both = ca.Function("both", [x, p], ca.cse([g, ca.jacobian(g, x)]))
         at, given = ca.MX.sym("x", UNKNOWNS), ca.MX.sym("p", 18)
         value, jacobian = both(at, given)
-        return residual, ca.Function("step", [at, given], [at - ca.solve(jacobian, value, "qr")])
+        step = ca.Function("step", [at, given], [at - ca.solve(jacobian, value, "qr")])
+        return residual, step, ca.Function("places", [x, p], places)
 
-    def _newton(self, start: Array, given: Array) -> Array:
-        """Return the unknowns, shape (26, N), after Newton's method on all cases that are not solved yet."""
-        residual, step = self._functions
-        x = start.copy()
+    def _newton(self, start: Array, given: Array) -> tuple[Array, Array]:
+        """Return unknowns and residuals, shape (26, N), after Newton's method on all cases not solved yet."""
+        residual, step, _ = self._functions
+        x, left = start.copy(), np.full(start.shape, np.inf)
         unsolved = np.arange(x.shape[1])
         for _ in range(_ITERATIONS):
             x[:, unsolved] = np.asarray(step(x[:, unsolved], given[:, unsolved]))
-            left = np.abs(np.asarray(residual(x[:, unsolved], given[:, unsolved]))).max(axis=0)
-            unsolved = unsolved[left > _RESIDUAL]
-            if not unsolved.size or not np.all(np.isfinite(left)):
+            left[:, unsolved] = np.asarray(residual(x[:, unsolved], given[:, unsolved]))
+            worst = np.abs(left[:, unsolved]).max(axis=0)
+            if not np.all(np.isfinite(worst)):
                 break
-        return x
+            unsolved = unsolved[worst > _RESIDUAL]
+            if not unsolved.size:
+                break
+        return x, left
 
     def solve(
         self, loads: WheelLoads, *, heave_stiffness: ArrayLike | None = None, rigid_tyre: bool = False
@@ -249,9 +253,9 @@ class Mechanism:
         start = np.zeros((UNKNOWNS, len(loads)))
         if len(loads) > 2 * _SAMPLE and loads.vertical_only and not np.any(loads.steer):
             start = self._polynomial_start(given)
-        found = self._newton(start, given)
-        residual, contact, spindle = (np.asarray(one) for one in self.equations(found, given))
+        found, residual = self._newton(start, given)
         self._refuse_unsolved(residual, found.T, given.T)
+        contact, spindle = (np.asarray(one) for one in self._functions[2](found, given))
         x = (found.T * _SCALES).reshape(-1, 2, 13)
         contact = contact.T.reshape(-1, 2, 3)
         camber, toe = wheel_angles(spindle.T.reshape(-1, 2, 3))
@@ -274,7 +278,7 @@ class Mechanism:
         lowest, width = inputs.min(axis=0), np.ptp(inputs, axis=0)
         inputs = 2.0 * (inputs - lowest)[:, width > 0.0] / width[width > 0.0] - 1.0
         chosen = np.random.default_rng(3).permutation(given.shape[1])[:_SAMPLE]
-        part = self._newton(np.zeros((UNKNOWNS, _SAMPLE)), given[:, chosen])
+        part, _ = self._newton(np.zeros((UNKNOWNS, _SAMPLE)), given[:, chosen])
         phi = design_matrix(inputs, _START_DEGREE)
         through, *_ = np.linalg.lstsq(phi[chosen], part.T, rcond=None)
         return (phi @ through).T
