@@ -102,7 +102,7 @@ def left_corner(figure: Figure, axle: Axle) -> Figure:
                 )
         centre = 1e3 * axle.wheel_centre[[across, along]]
         axes.plot(*centre, color=GREY, marker="o")
-        axes.annotate("$O_W$", tuple(centre), (-22, -4), textcoords="offset points", fontsize="small")
+        axes.annotate("$O_W$", tuple(centre), (-8, -24), textcoords="offset points", fontsize="small")
         axes.margins(0.2)
         _frame(axes, title, ("y (mm)", ("x", "y", "z")[along] + " (mm)"), down=along == 2)
     return figure

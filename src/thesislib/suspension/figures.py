@@ -63,7 +63,7 @@ def contact_displacement(figure: Figure, load: Array, displacement: Array) -> Fi
         axes.plot(load / 1e3, 1e3 * displacement[:, column], color=colour, linestyle=style, label=f"Δ{name}")
     axes.legend(frameon=False)
     axes.set_xlabel(_LOAD.format("left"))
-    axes.set_ylabel("displacement of the contact point (mm)")
+    axes.set_ylabel("displacement (mm)")
     _from_zero(axes, load)
     return figure
 

@@ -59,7 +59,7 @@ shows the same axles without them.</p>
         aspectmode: "data",
         xaxis: axis("x, forward (m)"), yaxis: axis("y, right (m)", {autorange: "reversed"}),
         zaxis: axis("z, down (m)", {autorange: "reversed", nticks: 4}),
-        camera: {eye: {x: 0.9, y: 1.1, z: 0.6}},
+        camera: {eye: {x: 1.5, y: 1.8, z: 0.9}},
       },
     }, {displaylogo: false, responsive: true, scrollZoom: false}).then(function () {
       Plotly.relayout(view, colours());
