@@ -6,7 +6,15 @@ import casadi
 import numpy as np
 import pytest
 
-from thesislib.polynomials import basis_size, exponents, fit, monomials, polynomial
+from thesislib.polynomials import (
+    basis_size,
+    design_matrix,
+    exponents,
+    fit,
+    monomials,
+    polynomial,
+    substituted,
+)
 
 # coefficient row of the example 2 + 3 x1 - 4 x2 + x1 x2 - 8 x1 x3 - 7 x2^2 + 3 x3^2 of the appendix
 EXAMPLE = [2.0, 3.0, -4.0, 0.0, 0.0, 1.0, -8.0, -7.0, 0.0, 3.0]
@@ -68,6 +76,32 @@ def test_fit_does_not_care_about_the_unit_of_a_variable():
     f = np.exp(x[:, 0] - x[:, 1])
     newtons, kilonewtons = fit(x * [1.0, 1e4], f, 3), fit(x * [1.0, 10.0], f, 3)
     np.testing.assert_allclose(newtons.errors, kilonewtons.errors, atol=1e-12)
+
+
+def test_design_matrix_has_a_row_for_each_experiment():
+    phi = design_matrix([[1.0, 2.0], [3.0, 4.0]], 2)
+    np.testing.assert_array_equal(phi, [[1, 1, 2, 1, 2, 4], [1, 3, 4, 9, 12, 16]])
+
+
+def test_substituted_polynomial_is_the_polynomial_of_the_substitution():
+    random = np.random.default_rng(8)
+    p, x = random.normal(size=basis_size(3, 4)), random.normal(size=(3, 20))
+    centre, scale = np.array([1.0, -2.0, 0.5]), np.array([2.0, 0.5, 3.0])
+    z = (x - centre[:, None]) / scale[:, None]
+    expanded = substituted(p.tolist(), 4, centre, scale)
+    # powers of 4 of numbers near 5 over 0.5: a hundred thousand times rounding
+    np.testing.assert_allclose(
+        polynomial(expanded, list(x), 4), polynomial(p, list(z), 4), rtol=1e-9, atol=1e-9
+    )
+
+
+def test_fit_far_from_zero_keeps_its_digits():
+    # with Phi as printed, (A.5) has a condition number of 1e24 here and finds nothing
+    x = np.random.default_rng(9).uniform(900.0, 1100.0, size=(60, 2))
+    result = fit(x, np.sin(x[:, 0] / 100.0) * x[:, 1], 4)
+    again = fit(x - 1000.0, np.sin(x[:, 0] / 100.0) * x[:, 1], 4)
+    np.testing.assert_allclose(result.errors, again.errors, atol=1e-9)  # of values near 1000
+    assert result.condition < 100.0
 
 
 def test_casadi_and_numpy_evaluate_the_same_polynomial():

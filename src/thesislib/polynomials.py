@@ -9,10 +9,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import product
 from math import comb
 from typing import Any
 
 import numpy as np
+import scipy.linalg
 from numpy.typing import ArrayLike, NDArray
 
 
@@ -124,6 +126,52 @@ def polynomial(coefficients: Sequence[Any], variables: Sequence[Any], degree: in
     return sum((coefficient * monomial for coefficient, monomial in terms), start=constant)
 
 
+def design_matrix(points: ArrayLike, degree: int) -> NDArray[np.float64]:
+    """Return Phi of (A.2): every monomial at every point, shape (k, q).
+
+    Parameters
+    ----------
+    points : array_like, shape (k, n)
+        One row per experiment.
+    degree : int
+        Highest total degree.
+    """
+    x = np.asarray(points, dtype=float)
+    columns = monomials(list(x.T), degree)
+    return np.column_stack([np.broadcast_to(column, x.shape[0]) for column in columns])
+
+
+def substituted(
+    coefficients: Sequence[float], degree: int, centre: ArrayLike, scale: ArrayLike
+) -> NDArray[np.float64]:
+    """Return the coefficients in x of a polynomial that is given in z = (x - centre) / scale.
+
+    Parameters
+    ----------
+    coefficients : sequence of float, length q
+        Coefficients of the monomials of z, in the order of :func:`exponents`.
+    degree : int
+        Highest total degree.
+    centre, scale : array_like, shape (n,)
+        The substitution.
+    """
+    c, s = np.asarray(centre, dtype=float), np.asarray(scale, dtype=float)
+    order = exponents(len(c), degree)
+    place = {powers: i for i, powers in enumerate(order)}
+    expanded = np.zeros(len(order))
+    for coefficient, powers in zip(coefficients, order, strict=True):
+        # each factor ((x - c) / s)^a is a row of binomial coefficients; their product is summed term by term
+        factors = [
+            [comb(a, j) * (-c[i]) ** (a - j) / s[i] ** a for j in range(a + 1)] for i, a in enumerate(powers)
+        ]
+        for lower in product(*(range(a + 1) for a in powers)):
+            term = coefficient
+            for factor, j in zip(factors, lower, strict=True):
+                term *= factor[j]
+            expanded[place[lower]] += term
+    return expanded
+
+
 @dataclass(frozen=True)
 class Fit:
     """A least-squares polynomial fit.
@@ -134,17 +182,22 @@ class Fit:
         p_opt of (A.5), in the order of :func:`exponents`.
     errors : numpy.ndarray, shape (k,)
         e = f - Phi p of (A.3), in the unit of the data.
+    condition : float
+        Condition number of the matrix that was factorised: Phi in centred and scaled variables.
     """
 
     coefficients: NDArray[np.float64]
     errors: NDArray[np.float64]
+    condition: float
 
 
 def fit(points: ArrayLike, outcomes: ArrayLike, degree: int) -> Fit:
     """Fit a polynomial to data by least squares, equations (A.2) to (A.6).
 
-    The normal equations of (A.5) square the condition number of Phi, so the minimiser is found by a
-    singular value decomposition of Phi with scaled columns.
+    The normal equations of (A.5) square the condition number of Phi, and Phi itself is badly conditioned
+    in variables far from zero. So every variable is first mapped to -1 .. 1, the matrix in the mapped
+    variables is factorised with column pivoting (QR), and the polynomial is expanded into powers of the
+    given variables.
 
     Parameters
     ----------
@@ -168,14 +221,20 @@ def fit(points: ArrayLike, outcomes: ArrayLike, degree: int) -> Fit:
     size = basis_size(x.shape[1], degree)
     if x.shape[0] < size:
         raise ValueError(f"{x.shape[0]} experiments cannot determine {size} coefficients of degree {degree}.")
-    phi = np.column_stack([np.broadcast_to(column, f.shape) for column in monomials(list(x.T), degree)])
-    scale = np.abs(phi).max(axis=0)
+    lowest, highest = x.min(axis=0), x.max(axis=0)
+    centre, scale = 0.5 * (lowest + highest), 0.5 * (highest - lowest)
     scale[scale == 0.0] = 1.0
-    scaled, _, rank, _ = np.linalg.lstsq(phi / scale, f, rcond=None)
+    phi = design_matrix((x - centre) / scale, degree)
+    q, r, order = scipy.linalg.qr(phi, mode="economic", pivoting=True)
+    diagonal = np.abs(np.diag(r))
+    rank = int(np.sum(diagonal > len(f) * np.finfo(float).eps * diagonal[0]))
     if rank < size:
         raise ValueError(f"The experiments determine only {rank} of {size} coefficients of degree {degree}.")
-    coefficients = scaled / scale
-    return Fit(coefficients, f - phi @ coefficients)
+    centred = np.empty(size)
+    centred[order] = scipy.linalg.solve_triangular(r, q.T @ f)
+    return Fit(
+        substituted(centred.tolist(), degree, centre, scale), f - phi @ centred, float(np.linalg.cond(r))
+    )
 
 
 def _refuse_bad_space(variables: int, degree: int) -> None:

@@ -96,6 +96,28 @@ def test_casadi_and_numpy_give_the_same_posture(printed):
     np.testing.assert_allclose([float(one) for one in symbolic(numbers)], expected, rtol=0, atol=1e-15)
 
 
+def test_axles_by_themselves_have_the_polynomials_of_the_table(printed):
+    loads = np.random.default_rng(7).uniform(-6000.0, 0.0, size=(4, 20))
+    posture = printed.heights(*loads)
+    np.testing.assert_allclose(printed.front(*loads[:2]), [posture.h_f, posture.phi_f], atol=1e-15)
+    np.testing.assert_allclose(printed.rear(*loads[2:]), [posture.h_r, posture.phi_r], atol=1e-15)
+
+
+def test_table_knows_its_meshes_and_the_time_outside_them(printed):
+    assert (printed.front.box, printed.rear.box) == (2 * ((-6000.0, 0.0),), 2 * ((-8000.0, 0.0),))
+    front, rear = np.array([[-5e3, -5e3], [-7e3, -1e3], [-5e3, -5e3]]), np.full((3, 2), -7e3)
+    # one front sample of three is outside: half of each step beside it
+    assert printed.time_outside([0.0, 1.0, 3.0], front, rear) == {"front": 1.5, "rear": 0.0}
+
+
+def test_table_that_names_no_mesh_is_known_everywhere(tmp_path):
+    source = provenance.project_root() / "data" / "suspension" / "metamodel_table_3_1.toml"
+    text = source.read_text(encoding="utf-8")
+    path = tmp_path / "table.toml"
+    path.write_text(text[: text.index("[mesh]")] + text[text.index("[h_f]") :], encoding="utf-8")
+    assert Metamodel.from_file(path).front.inside(-1e6, -1e6)
+
+
 def test_unknown_reading_of_the_rear_constant_is_refused():
     with pytest.raises(ValueError, match="rear_constant = 'chapter 3' is not one of printed, text"):
         Metamodel.from_file(rear_constant="chapter 3")
