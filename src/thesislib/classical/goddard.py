@@ -54,7 +54,9 @@ GUESS_OF_PHASES: Final = {
 
 def drag(h: Any, v: Any) -> Any:
     """Return the drag in lbf at altitude `h` in ft and speed `v` in ft/s."""
-    return _DRAG * v**2 * ca.exp(-h / _SCALE_HEIGHT)
+    # casadi's functions turn arrays into matrices of its own
+    exp = np.exp if isinstance(h, np.ndarray | float) else ca.exp
+    return _DRAG * v**2 * exp(-h / _SCALE_HEIGHT)
 
 
 def singular_surface(h: Any, v: Any, m: Any) -> Any:
@@ -161,9 +163,47 @@ def rocket_in_phases() -> ocp.Phases:
 def thrusts(flown: ocp.PhasedSolution) -> list[tuple[Array, Array]]:
     """Return times in s and thrusts in lbf at the nodes of every phase."""
     boost, arc, coast = flown.phases
-    on_arc = np.array(arc_thrust(*(arc.at_nodes(name) for name in "hvm"))).ravel()
+    on_arc = arc_thrust(*(arc.at_nodes(name) for name in "hvm"))
     return [
         (boost.nodes, np.full(len(boost.nodes), THRUST)),
         (arc.nodes, on_arc),
         (coast.nodes, np.zeros(len(coast.nodes))),
     ]
+
+
+def from_the_hamiltonian(arc: ocp.Solution) -> tuple[Array, Array]:
+    """Return what the second derivative of the switching function by time says along the arc.
+
+    The law :func:`arc_thrust` has no costates, which were eliminated by hand; this one has those of a
+    solution, and shares only the equations of motion with it.
+
+    Parameters
+    ----------
+    arc : ocp.Solution
+        The phase between boost and coast, with its multipliers.
+
+    Returns
+    -------
+    thrust : ndarray, shape (N,)
+        Thrust in lbf at the collocation points for which the second derivative of (2.168) is zero.
+    clebsch : ndarray, shape (N,)
+        Left-hand side of the generalised Legendre–Clebsch condition (2.169) with k = 1, in ft/(lbf² s³).
+    """
+    x, costate, thrust = ca.SX.sym("x", 3), ca.SX.sym("costate", 3), ca.SX.sym("thrust")
+    f = ca.vertcat(*slopes(ocp.Point(dict(zip("hvm", ca.vertsplit(x), strict=True))), thrust).values())
+    hamiltonian = ca.dot(costate, f)
+
+    def rate(expression: Any) -> Any:
+        along = ca.jacobian(expression, x) @ f
+        return along - ca.jacobian(expression, costate) @ ca.gradient(hamiltonian, x)
+
+    second = ca.Function("second", [x, costate, thrust], [rate(rate(ca.jacobian(hamiltonian, thrust)))])
+    states = np.array([arc[name] for name in "hvm"])
+    costates = np.array([arc.costate(name) for name in "hvm"])
+    # linear in the thrust, which the first derivative does not contain
+    without, with_all = (
+        second(states, costates, np.full((1, arc.mesh.points), value)).full().ravel()
+        for value in (0.0, THRUST)
+    )
+    by_thrust = (with_all - without) / THRUST
+    return -without / by_thrust, -by_thrust
