@@ -10,6 +10,7 @@ from typing import Final
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
 from thesislib.classical.palette import BLACK, BLUE, GREEN, GREY, ORANGE, SKY, VERMILION
 from thesislib.classical.programme import Array
@@ -43,7 +44,7 @@ def points_of_rules(figure: Figure, rules: Mapping[str, tuple[Array, Array]]) ->
 
 
 def refinement(
-    figure: Figure, errors: Mapping[str, tuple[Array, Array]], estimates: Mapping[str, tuple[Array, Array]]
+    figure: Figure, errors: Mapping[str, tuple[Array, Array]], estimates: Mapping[str, ArrayLike]
 ) -> Figure:
     """Draw errors against numbers of points and, beside them, estimates against errors.
 
@@ -54,7 +55,7 @@ def refinement(
     errors : mapping of str to (points, errors)
         Arrays of shape (N,) by way of refinement.
     estimates : mapping of str to (errors, estimates)
-        Arrays of shape (N,) by problem.
+        Shape (2, N) by problem.
     """
     left, right = figure.subplots(1, 2)
     for (colour, marker), (name, (points, error)) in zip(_MARKED, errors.items(), strict=False):
@@ -62,8 +63,8 @@ def refinement(
     left.set(xlabel="collocation points", ylabel="largest error of the state")
     left.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.2)
     for (colour, marker), (name, pair) in zip(_MARKED[3:], estimates.items(), strict=False):
-        right.loglog(*pair, marker, color=colour, markersize=5, label=name)
-    everything = np.concatenate([np.concatenate(pair) for pair in estimates.values()])
+        right.loglog(*np.asarray(pair), marker, color=colour, markersize=5, label=name)
+    everything = np.concatenate([np.asarray(pair).ravel() for pair in estimates.values()])
     ends = np.array([everything.min(), everything.max()])
     right.loglog(ends, ends, color=GREY, linestyle="dashed", label="estimate = error")
     right.set(xlabel="largest relative error of the states", ylabel="its estimate (2.162)")
