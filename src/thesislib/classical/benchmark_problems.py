@@ -121,7 +121,7 @@ def _brachistochrone() -> Statement:
         (
             Variable("x", "m", (0, 10), (0, 2), 0, 2),
             Variable("y", "m", (0, 10), (0, 2), 0, 2),
-            Variable("v", "m/s", (0, 50), 0.0, 0),
+            Variable("v", "m/s", (0, 50), (0, 6), 0),
         ),
         (Variable("u", "rad", (-pi / 2, pi / 2), 0.5),),
         equations,
