@@ -30,12 +30,12 @@ POINTS = 4
 LOWEST, HIGHEST = 3, 10
 MESHES = 25
 
-STATEMENTS_FILE = Path(__file__).resolve().parents[2] / "src/thesislib/classical/benchmark_problems.py"
+STATEMENTS_FILE = Path(__file__).resolve().parents[2] / "src/thesislib/classical/benchmarks/problems.py"
 
 
 def statements() -> dict[str, Any]:
     """Return the published problems by name, read from the library's file without the library."""
-    name = "benchmark_problems"
+    name = "published_problems"
     spec = importlib.util.spec_from_file_location(name, STATEMENTS_FILE)
     assert spec is not None and spec.loader is not None
     module = importlib.util.module_from_spec(spec)

@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from thesislib import ocp
-from thesislib.classical.benchmark_problems import Statement, Variable
+from thesislib.classical.benchmarks.problems import Statement, Variable
 
 
 def problem_of(statement: Statement) -> ocp.Problem:
