@@ -1,5 +1,7 @@
 """What a solve that did not work says."""
 
+from itertools import pairwise
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -137,3 +139,90 @@ def test_solution_is_asked_for_what_it_has(hypersensitive):
     ):
         with pytest.raises(ProblemError, match=reason):
             ask()
+
+
+def test_violated_limit_is_told_with_its_value_and_unit():
+    problem = rocket(
+        0.5,
+        equations=lambda point: Equations({"x": point.u}, {"power": 100 * point.u}, {"effort": point.u**2}),
+        path=[ocp.Path("power", "kW", (-np.inf, 20.0))],
+    )
+    with pytest.raises(SolveError) as caught:
+        ocp.solve(problem)
+    rows = [str(row) for row in caught.value.residuals]
+    assert any(row.startswith("path constraint power, interval ") and "kW above 20 kW" in row for row in rows)
+
+
+def test_failure_brings_a_table_of_residuals_and_its_meshes():
+    with pytest.raises(SolveError) as caught:
+        ocp.solve(rocket())
+    error = caught.value
+    scaled = [row.scaled for row in error.residuals]
+    assert scaled == sorted(scaled, reverse=True) and scaled[0] > 1e-3
+    assert error.history == error.solution.history and len(error.history) == 1
+    report = error.report()
+    assert report.startswith("worst residuals:\n  defect of x, interval ")
+    assert "meshes:\n  1: 10 intervals, 40 points" in report
+    assert error.__notes__ == [report]
+
+
+def test_time_limit_ends_the_whole_solve(hypersensitive):
+    with pytest.raises(SolveError, match=r"the time limit of 0\.001 s"):
+        ocp.solve(hypersensitive(), seconds=1e-3)
+
+
+def test_caller_hears_every_iteration_and_can_stop(hypersensitive):
+    heard = []
+    solution = ocp.solve(hypersensitive(20.0), tolerance=1e-5, progress=heard.append)
+    assert {told.mesh for told in heard} == set(range(1, len(solution.history) + 1))
+    assert heard[-1].points == solution.mesh.points
+    assert heard[-1].objective == pytest.approx(solution.objective, rel=1e-6)
+    with pytest.raises(SolveError, match="IPOPT stopped with User_Requested_Stop on mesh 1"):
+        ocp.solve(hypersensitive(), progress=lambda told: told.iteration >= 3)
+
+
+def test_exception_of_the_callers_function_comes_through(hypersensitive):
+    def impatient(told: ocp.Progress) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        ocp.solve(hypersensitive(), progress=impatient)
+
+
+def test_tolerance_of_ipopt_that_is_too_mild_is_tightened_and_not_answered_by_more_points(hypersensitive):
+    # IPOPT takes a start with defects below 1e-3 as it is, and no mesh makes them smaller
+    solution = ocp.solve(hypersensitive(50.0), tolerance=1e-6, draft=1e-3)
+    assert any("tighter" in record.change for record in solution.history)
+    same = [a.points == b.points for a, b in pairwise(solution.history)]
+    assert any(same) and solution.error < 1e-6
+
+
+def test_start_in_other_units_is_refused(hypersensitive):
+    solution = ocp.solve(rocket(0.5), tolerance=1e-3)
+    other = rocket(0.5, states=[State("x", "km", (-5, 5))])
+    with pytest.raises(ProblemError, match="'rocket' cannot start 'rocket': x is in m there and in km here"):
+        ocp.solve(other, solution)
+
+
+def test_option_that_ipopt_does_not_know_is_refused_by_name():
+    with pytest.raises(RuntimeError, match="no_such_option"):
+        ocp.solve(rocket(0.5), ipopt={"no_such_option": 1})
+
+
+@pytest.mark.parametrize(
+    ("range_", "reason"),
+    [
+        ({"initial": (2.0, 1.0)}, r"initial t = 2 \.\. 1 is not an interval"),
+        ({"initial": 1.0, "final": 1.0}, r"t starts at 1\.0 and ends at 1\.0: no range is left"),
+        ({"final": (np.nan, 1.0)}, "final t = nan"),
+    ],
+)
+def test_range_without_sense_is_refused(range_, reason):
+    with pytest.raises(ProblemError, match=reason):
+        Independent("t", **range_)
+
+
+@pytest.mark.parametrize("derivative", [np.zeros(3), [0.0, 1.0]])
+def test_derivative_of_the_wrong_shape_is_named(derivative):
+    with pytest.raises(ProblemError, match="derivative of state 'x' is not one number or expression"):
+        ocp.solve(rocket(0.5, equations=lambda p: Equations({"x": derivative}, {}, {"effort": p.u**2})))

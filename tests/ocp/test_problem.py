@@ -29,7 +29,6 @@ def statement(**changes):
     ("changes", "reason"),
     [
         ({"states": []}, "'car' has no state"),
-        ({"lagrange": None}, "'car' has no objective: give lagrange or mayer"),
         ({"controls": [Control("x")]}, "name 'x' is used twice in problem 'car'"),
         ({"constants": {"t": 1.0}}, "name 't' is used twice"),
         ({"data": {"u": np.cos}}, "name 'u' is used twice"),
@@ -47,6 +46,11 @@ def statement(**changes):
 def test_contradiction_in_a_statement_is_refused_at_once(changes, reason):
     with pytest.raises(ProblemError, match=reason):
         statement(**changes)
+
+
+def test_problem_without_objective_is_refused_before_it_is_solved():
+    with pytest.raises(ProblemError, match="'car' has no objective: give lagrange or mayer"):
+        ocp.solve(statement(lagrange=None, equations=lambda point: Equations({"x": point.v, "v": point.u})))
 
 
 @pytest.mark.parametrize(

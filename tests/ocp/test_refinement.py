@@ -89,3 +89,65 @@ def test_error_estimate_names_the_interval_that_is_worst():
     solution = ocp.solve(problem, mesh=Mesh.uniform(10, 4), tolerance=0.5)
     assert solution.estimate.by_interval.argmax() in (6, 7)
     assert 0.6 <= solution.places(solution.estimate.place)[0, solution.estimate.by_interval.argmax()] <= 0.8
+
+
+def coarser(errors: list[float], orders: list[int], **options: object) -> ocp.refinement.Refinement:
+    mesh = Mesh(np.linspace(0, 1, len(orders) + 1), np.array(orders))
+    return ocp.refinement.refine(mesh, np.array(errors), 1e-6, reduction=1e-3, **options)
+
+
+def test_interval_far_below_tolerance_loses_the_points_that_the_same_rule_would_give_it():
+    # √1e-3 times 1e-6 over 1e-12 is 3.2e4: log to the base 8 is 4.98, rounded down
+    found = coarser([1e-12, 2e-6], [8, 4])
+    np.testing.assert_array_equal(found.mesh.orders, [4, 5])
+    assert (found.reduced, found.grown, found.merged) == (1, 1, 0)
+
+
+def test_neighbours_far_below_tolerance_become_one():
+    found = coarser([1e-12, 1e-12, 1e-12, 2e-6], [3, 3, 3, 4])
+    np.testing.assert_allclose(found.mesh.boundaries, [0, 0.5, 0.75, 1])
+    assert found.merged == 1
+    assert str(found) == "intervals: 1 with more points, 1 merged"
+
+
+def test_what_was_refined_once_is_not_reduced():
+    found = coarser([1e-12, 1e-12, 2e-6], [8, 8, 4], keep=np.array([True, False, False]))
+    assert found.mesh.orders[0] == 8 and found.mesh.orders[1] < 8
+
+
+def test_mesh_within_tolerance_is_not_reduced():
+    found = coarser([1e-12, 1e-12], [8, 8])
+    np.testing.assert_array_equal(found.mesh.orders, [8, 8])
+    assert str(found) == "unchanged"
+
+
+def test_reduction_ends_and_costs_no_accuracy(hypersensitive):
+    plain = ocp.solve(hypersensitive(), {"u": 0.0}, tolerance=1e-6, reduction=0.0)
+    lean = ocp.solve(hypersensitive(), {"u": 0.0}, tolerance=1e-6)
+    assert lean.mesh.points < 0.95 * plain.mesh.points
+    assert lean.objective == pytest.approx(plain.objective, abs=1e-7)
+    assert any("merged" in record.change for record in lean.history)
+
+
+def test_error_does_not_depend_on_how_far_away_the_bounds_are():
+    def wide(bound: float) -> ocp.Solution:
+        problem = Problem(
+            "decay",
+            Independent("t", 0.0, 1.0),
+            [State("x", bounds=(-bound, bound))],
+            lambda point: Equations({"x": -3 * point.x + ca.sin(5 * point.t)}),
+            mayer=lambda ends: ends.final.x,
+            initial={"x": 1.0},
+        )
+        return ocp.solve(problem, mesh=Mesh.uniform(3, 4), tolerance=0.5, optimality=1e-12)
+
+    assert wide(100.0).error == pytest.approx(wide(1.0).error, rel=1e-6)
+
+
+def test_history_says_what_was_done_and_why_it_ended(hypersensitive):
+    solution = ocp.solve(hypersensitive(50.0), tolerance=1e-6)
+    assert all(record.change.startswith("intervals: ") for record in solution.history[:-1])
+    assert solution.stopped.startswith("error ") and "within 1.0e-06" in solution.stopped
+    with pytest.raises(ocp.SolveError) as caught:
+        ocp.solve(hypersensitive(), meshes=2)
+    assert "after 2 meshes" in caught.value.solution.stopped

@@ -33,7 +33,7 @@ def test_solution_comes_back_as_it_went(solution, everything, tmp_path):
 def test_stored_solution_starts_another_solve(solution, everything, tmp_path):
     problem = everything()
     again = ocp.solve(problem, load(problem, save(solution, tmp_path / "lap.npz")), tolerance=1e-4)
-    assert again.history[0].iterations <= 3
+    assert again.history[0].iterations < solution.history[0].iterations / 3
 
 
 def test_stored_solution_is_read_into_other_scales(solution, everything, tmp_path):
@@ -67,7 +67,7 @@ def test_file_holds_nothing_that_runs_when_it_is_read(solution, tmp_path):
         assert all(name.endswith(".npy") for name in archive.namelist())
     with np.load(path, allow_pickle=False) as archive:
         assert all(archive[name].dtype.kind in "fiU" for name in archive.files)
-        assert json.loads(str(archive["about"]))["names"]["controls"] == ["u", "w"]
+        assert json.loads(str(archive["about"]))["phases"][0]["names"]["controls"] == ["u", "w"]
 
 
 def test_suffix_is_added_and_folders_are_made(solution, tmp_path):
@@ -97,10 +97,10 @@ def test_missing_file_is_said_to_be_missing(everything, tmp_path):
 
 
 def test_later_schema_is_refused(solution, everything, tmp_path, monkeypatch):
-    monkeypatch.setattr(ocp.storage, "SCHEMA", 2)
+    monkeypatch.setattr(ocp.storage, "SCHEMA", 9)
     path = save(solution, tmp_path / "lap.npz")
     monkeypatch.undo()
-    with pytest.raises(ocp.ProblemError, match="has schema 2; this version reads 1"):
+    with pytest.raises(ocp.ProblemError, match="has schema 9; this version reads 2"):
         load(everything(), path)
 
 

@@ -34,7 +34,7 @@ ACTIVE_WITHIN = 2e-3
 # Draft meshes keep the barrier parameter near 1e-7, which lets the next mesh start in about ten
 # iterations; the lap time they show is half a millisecond too long, until the last mesh is solved to
 # the end.
-SETTINGS = ocp.Settings(optimality=1e-7, draft=1e-6, barrier=1e-6, aim=0.2)
+SETTINGS = ocp.Settings(optimality=1e-7, draft=1e-6, barrier=1e-6, aim=0.2, reduction=0.0)
 
 
 @dataclass(frozen=True, eq=False)

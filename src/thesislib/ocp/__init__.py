@@ -1,7 +1,10 @@
 """Numerical optimal control by multi-interval Legendre–Gauss–Radau collocation."""
 
-from thesislib.ocp import optimality, quadrature, sensitivity, storage
+from thesislib.ocp import kkt, optimality, quadrature, sensitivity, storage, transversality
+from thesislib.ocp.failure import SolveError
 from thesislib.ocp.mesh import Mesh
+from thesislib.ocp.phased import PhasedSolution
+from thesislib.ocp.phases import Link, Phases, continuous, divided
 from thesislib.ocp.problem import (
     Boundary,
     Control,
@@ -17,9 +20,10 @@ from thesislib.ocp.problem import (
     State,
 )
 from thesislib.ocp.refinement import refined
+from thesislib.ocp.settings import Progress, Settings
 from thesislib.ocp.simulation import Simulation, simulate
 from thesislib.ocp.solution import MeshRecord, Solution
-from thesislib.ocp.solver import Settings, SolveError, solve
+from thesislib.ocp.solver import solve
 
 __all__ = [
     "Boundary",
@@ -28,18 +32,25 @@ __all__ = [
     "Equations",
     "Independent",
     "Integral",
+    "Link",
     "Mesh",
     "MeshRecord",
     "Parameter",
     "Path",
+    "PhasedSolution",
+    "Phases",
     "Point",
     "Problem",
     "ProblemError",
+    "Progress",
     "Settings",
     "Simulation",
     "Solution",
     "SolveError",
     "State",
+    "continuous",
+    "divided",
+    "kkt",
     "optimality",
     "quadrature",
     "refined",
@@ -47,4 +58,5 @@ __all__ = [
     "simulate",
     "solve",
     "storage",
+    "transversality",
 ]

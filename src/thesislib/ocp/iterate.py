@@ -28,6 +28,9 @@ class Multipliers:
         Path multipliers over the quadrature weights.
     bounds : ndarray, shape (n_x + n_u, N)
         Bound multipliers of states and controls over the quadrature weights.
+    left_out : ndarray, shape (n_x,)
+        Bound multipliers of the states at the end that the collocation points leave out; zero for a
+        periodic state, whose value there is that of the other end.
     sums : ndarray, shape (n_q, K)
         Multipliers of the partial sums.
     boundary : ndarray, shape (n_b,)
@@ -39,6 +42,7 @@ class Multipliers:
     costates: Array
     path: Array
     bounds: Array
+    left_out: Array
     sums: Array
     boundary: Array
     parameters: Array
@@ -68,6 +72,29 @@ class Iterate:
     parameters: Array
     multipliers: Multipliers | None = None
 
+    @property
+    def points(self) -> Array:
+        """States and controls at the collocation points, shape (n_x + n_u, N)."""
+        return np.vstack((self.states[:, self.mesh.collocated], self.controls))
+
+    def costates_at_ends(self) -> Array:
+        """Return the scaled costates at both ends of the range, shape (n_x, 2); zero without multipliers.
+
+        At the end that is a collocation point they are its values. At the one that is not they are what
+        the equation of the state there makes of the defects' multipliers.
+        """
+        if self.multipliers is None:
+            return np.zeros((len(self.states), 2))
+        costates, mesh = self.multipliers.costates, self.mesh
+        first, order = (int(mesh.first[-1]), int(mesh.orders[-1]))
+        if not mesh.rule.start:
+            first, order = 0, int(mesh.orders[0])
+        forces = costates[:, first : first + order] * mesh.rule.weights(order)
+        matrix = mesh.rule.differentiation(order)
+        if mesh.rule.start:
+            return np.column_stack((costates[:, 0], forces @ matrix[:, -1]))
+        return np.column_stack((-forces @ matrix[:, 0], costates[:, -1]))
+
     def on(self, mesh: Mesh) -> Iterate:
         """Return this iterate carried to another mesh.
 
@@ -88,6 +115,7 @@ class Iterate:
             self.mesh.interpolate_controls(old.costates, mesh.collocation),
             _linear(self.mesh.collocation, old.path, mesh.collocation),
             _linear(self.mesh.collocation, old.bounds, mesh.collocation),
+            old.left_out,
             old.sums[:, inside],
             old.boundary,
             old.parameters,
@@ -125,7 +153,7 @@ class Scales:
             pointwise.parameter_scale,
             pointwise.path_scale,
             pointwise.integral_scale,
-            np.array([condition.size for condition in problem.boundary]),
+            np.array([condition.size for condition in problem.conditions]),
             problem.objective_scale,
         )
 
@@ -153,6 +181,7 @@ def rescaled(iterate: Iterate, theirs: Scales, ours: Scales) -> Iterate:
             old.costates * (f / x)[:, None],
             old.path * (f * ours.path / theirs.path)[:, None],
             old.bounds * (f / np.concatenate((x, u)))[:, None],
+            old.left_out * (f / x),
             old.sums * (f * ours.integrals / theirs.integrals)[:, None],
             old.boundary * (f * ours.boundary / theirs.boundary),
             old.parameters * (f / p),
@@ -180,8 +209,7 @@ def pack(iterate: Iterate, transcription: Transcription) -> tuple[Array, Array |
     mesh = transcription.mesh
     states = transcription.pointwise.layout.states
     x = np.zeros(transcription.variables)
-    x[transcription.node_index[:, -1]] = iterate.states[:, -1]
-    x[transcription.point_index[:states]] = iterate.states[:, :-1]
+    x[transcription.node_index] = iterate.states
     x[transcription.point_index[states:]] = iterate.controls
     x[transcription.parameter_index] = iterate.parameters
     x[transcription.sum_index] = _partial_sums(iterate, transcription)
@@ -189,9 +217,13 @@ def pack(iterate: Iterate, transcription: Transcription) -> tuple[Array, Array |
     if old is None:
         return x, None, None
     lam_x, lam_g = np.zeros(transcription.variables), np.zeros(transcription.rows)
+    lam_x[transcription.left_out] = old.left_out
     lam_x[transcription.point_index] = old.bounds * mesh.weights
     lam_x[transcription.parameter_index] = old.parameters
-    lam_g[transcription.defect_rows] = -old.costates * mesh.radau_weights
+    if transcription.sum_index.size:
+        # the last partial sum is the integral: what its equation is worth, its bounds hold
+        lam_x[transcription.sum_index[:, -1]] = -old.sums[:, -1]
+    lam_g[transcription.defect_rows] = -old.costates * mesh.rule_weights
     lam_g[transcription.path_rows] = old.path * mesh.weights
     lam_g[transcription.sum_rows] = old.sums
     lam_g[transcription.boundary_rows] = old.boundary
@@ -203,9 +235,10 @@ def unpack(x: Array, lam_x: Array, lam_g: Array, transcription: Transcription) -
     mesh = transcription.mesh
     states = transcription.pointwise.layout.states
     multipliers = Multipliers(
-        -lam_g[transcription.defect_rows] / mesh.radau_weights,
+        -lam_g[transcription.defect_rows] / mesh.rule_weights,
         lam_g[transcription.path_rows] / mesh.weights,
         lam_x[transcription.point_index] / mesh.weights,
+        np.where(transcription.wrapped, 0.0, lam_x[transcription.left_out]),
         lam_g[transcription.sum_rows],
         lam_g[transcription.boundary_rows],
         lam_x[transcription.parameter_index],
@@ -301,8 +334,7 @@ def _partial_sums(iterate: Iterate, transcription: Transcription) -> Array:
     if not transcription.sum_index.size:
         return np.zeros(transcription.sum_index.shape)
     mesh, pointwise = transcription.mesh, transcription.pointwise
-    z = np.vstack((iterate.states[:, :-1], iterate.controls))
-    outputs = pointwise.evaluate(z, iterate.parameters, mesh.collocation)
+    outputs = pointwise.evaluate(iterate.points, iterate.parameters, mesh.collocation)
     integrands = outputs[int(pointwise.layout.has_lagrange) : pointwise.layout.integrands]
     return np.cumsum(np.add.reduceat(integrands * mesh.weights, mesh.first, axis=1), axis=1)
 

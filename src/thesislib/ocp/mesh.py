@@ -8,12 +8,12 @@ from functools import cached_property
 
 import numpy as np
 
-from thesislib.ocp.quadrature import Array, interpolation_matrix, radau_points, radau_weights
+from thesislib.ocp.quadrature import FLIPPED_RADAU, RADAU, Array, Rule, interpolation_matrix
 
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
-    """Mesh intervals on [0, 1] and the Radau points in them.
+    """Mesh intervals on [0, 1] and the collocation points in them.
 
     Parameters
     ----------
@@ -21,15 +21,21 @@ class Mesh:
         Mesh points, increasing from 0 to 1, as fractions of the independent variable's range.
     orders : ndarray of int, shape (K,)
         Collocation points per interval, each at least 1.
+    rule : Rule
+        `RADAU`, whose points include an interval's start, or `FLIPPED_RADAU`, whose points include its
+        end: the choice where the dynamics are singular or stiff at the start. States have a value at
+        the points and at the one end that these leave out.
 
     Raises
     ------
     ValueError
-        If the mesh points do not increase from 0 to 1 or an interval has no point.
+        If the mesh points do not increase from 0 to 1, an interval has no point, or the points of the
+        rule include neither or both ends.
     """
 
     boundaries: Array
     orders: np.ndarray
+    rule: Rule = RADAU
 
     def __post_init__(self) -> None:
         boundaries = np.asarray(self.boundaries, dtype=float)
@@ -40,13 +46,15 @@ class Mesh:
             raise ValueError("mesh points must increase from 0 to 1")
         if orders.min() < 1:
             raise ValueError(f"mesh interval {int(orders.argmin())} has no collocation point")
+        if self.rule not in (RADAU, FLIPPED_RADAU):
+            raise ValueError(f"collocation takes Radau points or flipped ones, not {self.rule.name} points")
         object.__setattr__(self, "boundaries", boundaries)
         object.__setattr__(self, "orders", orders)
 
     @classmethod
-    def uniform(cls, intervals: int, order: int) -> Mesh:
+    def uniform(cls, intervals: int, order: int, rule: Rule = RADAU) -> Mesh:
         """Return `intervals` equal intervals with `order` collocation points each."""
-        return cls(np.linspace(0, 1, intervals + 1), np.full(intervals, order))
+        return cls(np.linspace(0, 1, intervals + 1), np.full(intervals, order), rule)
 
     @property
     def intervals(self) -> int:
@@ -80,23 +88,30 @@ class Mesh:
 
     @cached_property
     def collocation(self) -> Array:
-        """Collocation points in [0, 1), shape (N,)."""
-        return self.map_points(radau_points)
+        """Collocation points in [0, 1], shape (N,)."""
+        return self.map_points(self.rule.points)
 
     @cached_property
     def nodes(self) -> Array:
-        """Collocation points and the end point 1, where the states live, shape (N + 1,)."""
-        return np.append(self.collocation, 1.0)
+        """Collocation points and the end they leave out, where the states live, shape (N + 1,)."""
+        if self.rule.start:
+            return np.append(self.collocation, 1.0)
+        return np.concatenate(([0.0], self.collocation))
+
+    @property
+    def collocated(self) -> slice:
+        """The nodes that are collocation points."""
+        return slice(0, self.points) if self.rule.start else slice(1, self.points + 1)
 
     @cached_property
-    def radau_weights(self) -> Array:
-        """Radau weights of the collocation points on [-1, 1], shape (N,)."""
-        return np.concatenate([radau_weights(int(n)) for n in self.orders])
+    def rule_weights(self) -> Array:
+        """Quadrature weights of the collocation points on [-1, 1], shape (N,)."""
+        return np.concatenate([self.rule.weights(int(n)) for n in self.orders])
 
     @cached_property
     def weights(self) -> Array:
         """Quadrature weights of the collocation points on [0, 1], shape (N,); they sum to one."""
-        return self.half_widths * self.radau_weights
+        return self.half_widths * self.rule_weights
 
     def map_points(self, rule: Callable[[int], Array]) -> Array:
         """Return the points `rule(n)` of [-1, 1] carried into every interval, shape (sum n,)."""
@@ -114,7 +129,8 @@ class Mesh:
     def halved(self) -> Mesh:
         """Return the mesh with every interval halved, orders kept."""
         middles = 0.5 * (self.boundaries[:-1] + self.boundaries[1:])
-        return Mesh(np.sort(np.concatenate((self.boundaries, middles))), np.repeat(self.orders, 2))
+        boundaries = np.sort(np.concatenate((self.boundaries, middles)))
+        return Mesh(boundaries, np.repeat(self.orders, 2), self.rule)
 
     def divided(self, longest: float) -> Mesh:
         """Return the mesh with every interval wider than `longest` in equal parts.
@@ -129,10 +145,10 @@ class Mesh:
         ends = np.repeat(self.boundaries[:-1], parts) + within * steps
         ends[np.cumsum(parts) - 1] = self.boundaries[1:]
         orders = np.where(parts > 1, np.maximum(self.orders - 2, np.minimum(self.orders, 3)), self.orders)
-        return Mesh(np.concatenate(([0.0], ends)), np.repeat(orders, parts))
+        return Mesh(np.concatenate(([0.0], ends)), np.repeat(orders, parts), self.rule)
 
     def interpolate_states(self, values: Array, fractions: Array) -> Array:
-        """Evaluate state polynomials (2.143), supported by an interval's points and its end.
+        """Evaluate state polynomials (2.143), supported by an interval's points and the end they leave out.
 
         Parameters
         ----------
@@ -145,7 +161,7 @@ class Mesh:
         -------
         ndarray, shape (m, k)
         """
-        return self._interpolate(values, fractions, with_end=True)
+        return self._interpolate(values, fractions, self.rule.support)
 
     def interpolate_controls(self, values: Array, fractions: Array) -> Array:
         """Evaluate control polynomials (2.156), supported by an interval's collocation points.
@@ -161,18 +177,15 @@ class Mesh:
         -------
         ndarray, shape (m, k)
         """
-        return self._interpolate(values, fractions, with_end=False)
+        return self._interpolate(values, fractions, self.rule.points)
 
-    def _interpolate(self, values: Array, fractions: Array, with_end: bool) -> Array:
+    def _interpolate(self, values: Array, fractions: Array, rule: Callable[[int], Array]) -> Array:
         fractions = np.atleast_1d(np.asarray(fractions, dtype=float))
         inside = np.clip(np.searchsorted(self.boundaries, fractions, side="right") - 1, 0, self.intervals - 1)
         result = np.empty((values.shape[0], len(fractions)))
         for k in np.unique(inside):
             here = inside == k
-            order, first = int(self.orders[k]), int(self.first[k])
-            support = radau_points(order)
-            if with_end:
-                support = np.append(support, 1.0)
+            first, support = int(self.first[k]), rule(int(self.orders[k]))
             tau = 2 * (fractions[here] - self.boundaries[k]) / self.widths[k] - 1
             matrix = interpolation_matrix(support, tau)
             result[:, here] = values[:, first : first + len(support)] @ matrix.T

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Literal
 
 import numpy as np
@@ -28,7 +28,7 @@ from thesislib.ocp.endpoints import Endpoints
 from thesislib.ocp.iterate import Multipliers, pack
 from thesislib.ocp.mesh import Mesh
 from thesislib.ocp.problem import ProblemError
-from thesislib.ocp.quadrature import Array, differentiation_matrix, interpolation_matrix, radau_points
+from thesislib.ocp.quadrature import Array, Rule, differentiation_matrix, interpolation_matrix
 from thesislib.ocp.solution import Solution
 from thesislib.ocp.transcription import Transcription
 
@@ -101,7 +101,8 @@ def optimality(
     if multipliers is None:
         raise ProblemError(f"the solution of {solution.problem.name!r} has no multipliers")
     problem = solution.problem
-    grid = _Grid(solution.mesh, _middles if where == "between" else radau_points)
+    rule = solution.mesh.rule
+    grid = _Grid(solution.mesh, partial(_middles, rule) if where == "between" else rule.points)
     along = _Along(solution, multipliers, grid, over_range=relative_to == "range")
     hamiltonian = _hamiltonian(solution, multipliers)
     residuals = _costate_equations(along) | _control_equations(along)
@@ -111,9 +112,9 @@ def optimality(
     return Optimality(places, residuals, along.grid.values(hamiltonian[None, :])[0] * scale)
 
 
-def _middles(order: int) -> Array:
-    """Return the middles between neighbouring nodes of [-1, 1], its end included."""
-    nodes = np.append(radau_points(order), 1.0)
+def _middles(rule: Rule, order: int) -> Array:
+    """Return the middles between neighbouring nodes of [-1, 1], both ends included."""
+    nodes = rule.support(order)
     return np.asarray(0.5 * (nodes[:-1] + nodes[1:]))
 
 
@@ -150,7 +151,7 @@ class _Grid:
         with_end = rows.shape[1] == mesh.points + 1
         result = np.empty((rows.shape[0], mesh.points))
         for order, intervals in mesh.by_order():
-            support = np.append(radau_points(order), 1.0) if with_end else radau_points(order)
+            support = mesh.rule.support(order) if with_end else mesh.rule.points(order)
             matrix = interpolation_matrix(support, self.rule(order))
             if derivative:
                 matrix = matrix @ differentiation_matrix(support)
@@ -173,9 +174,10 @@ class _Along:
         self.slopes = np.vstack((grid.slopes(iterate.states), grid.slopes(iterate.controls)))
         self.costate_slopes = grid.slopes(multipliers.costates)
         bounds = multipliers.bounds.copy()
-        # what holds an initial value is a single force at the start, not a density along the range
-        held = [state.name in solution.problem.initial for state in solution.problem.states]
-        bounds[: len(held), 0][held] = 0.0
+        # what holds an end value is a single force there, not a density along the range
+        ends = solution.problem.initial if grid.mesh.rule.start else solution.problem.terminal
+        held = [state.name in ends for state in solution.problem.states]
+        bounds[: len(held), 0 if grid.mesh.rule.start else -1][held] = 0.0
         self.bounds = grid.values(bounds)
         self.weights = _output_weights(solution, multipliers, grid)
 
@@ -249,9 +251,8 @@ def _control_equations(along: _Along) -> dict[str, Array]:
 def _hamiltonian(solution: Solution, multipliers: Multipliers) -> Array:
     """Return the scaled H less the regulariser's share at the collocation points, shape (N,)."""
     pointwise, problem, iterate = solution.pointwise, solution.problem, solution.iterate
-    grid = _Grid(solution.mesh, radau_points)
-    z = np.vstack((iterate.states[:, :-1], iterate.controls))
-    outputs = pointwise.evaluate(z, iterate.parameters, solution.mesh.collocation)
+    grid = _Grid(solution.mesh, solution.mesh.rule.points)
+    outputs = pointwise.evaluate(iterate.points, iterate.parameters, solution.mesh.collocation)
     path = pointwise.layout.integrands + pointwise.layout.states
     hamiltonian = (_output_weights(solution, multipliers, grid) * outputs)[:path].sum(axis=0)
     length = 1.0 if problem.independent.is_free else solution.span / problem.independent.scale

@@ -80,11 +80,7 @@ class Pointwise:
             len(problem.path),
             has_lagrange,
         )
-        z = ca.SX.sym("z", self.layout.variables)
-        p = ca.SX.sym("p", self.layout.parameters)
-        c = ca.SX.sym("c", len(problem.constants))
-        w = ca.SX.sym("w", len(problem.data))
-        fraction = ca.SX.sym("fraction")
+        z, p, c, w, fraction = self._symbols()
         outputs = self._outputs(z, p, c, w, fraction)
         mu = ca.SX.sym("mu", self.layout.outputs)
         unknowns = ca.vertcat(z, p)
@@ -124,17 +120,18 @@ class Pointwise:
             rows.append(equations.path[constraint.name] / constraint.size)
         return ca.vertcat(*rows)
 
-    def range(self, p: Any) -> tuple[float, Any]:
+    def range(self, p: Any) -> tuple[Any, Any]:
         """Return where the independent variable starts and how far it runs.
 
-        The length is a number where the end is fixed, else of the kind of the scaled
-        parameters `p`: symbols or an array's element.
+        Numbers where the ends are fixed, else of the kind of the scaled parameters `p`: symbols or
+        an array's elements.
         """
         independent = self.problem.independent
-        if independent.is_free:
-            return independent.initial, p[-1] * self.parameter_scale[-1] - independent.initial
-        assert not isinstance(independent.final, tuple)
-        return independent.initial, independent.final - independent.initial
+        ends: dict[str, Any] = {"initial": independent.initial, "final": independent.final}
+        first = len(self.problem.parameters)
+        for place, end in enumerate(independent.free, start=first):
+            ends[end] = p[place] * self.parameter_scale[place]
+        return ends["initial"], ends["final"] - ends["initial"]
 
     @cached_property
     def output_names(self) -> list[str]:
@@ -196,6 +193,32 @@ class Pointwise:
     def evaluate(self, z: Array, parameters: Array, fractions: Array) -> Array:
         """Return the output vectors at many points, shape (n_outputs, k); see `arguments`."""
         return np.array(self.values.map(len(fractions))(*self.arguments(z, parameters, fractions)))
+
+    @cached_property
+    def mixed(self) -> ca.Function:
+        """What constants and data add to a point's outputs and to the gradient of their weighted sum.
+
+        Jacobian of (outputs, gradient of the weighted outputs by the unknowns) by (constants, data);
+        arguments as of `hessian`. Made when it is first asked for, and not compiled: one evaluation
+        is all that a sensitivity needs.
+        """
+        z, p, c, w, fraction = self._symbols()
+        mu = ca.SX.sym("mu", self.layout.outputs)
+        outputs = self._outputs(z, p, c, w, fraction)
+        gradient = ca.gradient(ca.dot(mu, outputs), ca.vertcat(z, p))
+        jacobian = ca.jacobian(ca.vertcat(outputs, gradient), ca.vertcat(c, w))
+        return ca.Function("mixed", [z, p, c, w, fraction, mu], [ca.densify(jacobian)])
+
+    def _symbols(self) -> list[ca.SX]:
+        """Return symbols of a point: variables, parameters, constants, data, fraction."""
+        problem = self.problem
+        return [
+            ca.SX.sym("z", self.layout.variables),
+            ca.SX.sym("p", self.layout.parameters),
+            ca.SX.sym("c", len(problem.constants)),
+            ca.SX.sym("w", len(problem.data)),
+            ca.SX.sym("fraction"),
+        ]
 
     def derivatives(self, outputs: Array) -> Array:
         """Return the rows of an output matrix that are the scaled state derivatives."""

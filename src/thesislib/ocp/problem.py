@@ -107,10 +107,8 @@ class Independent:
     ----------
     name : str
         Its name, `"t"` or `"s"`.
-    initial : float
-        Where the problem starts.
-    final : float or (float, float)
-        Where it ends; an interval makes the end free.
+    initial, final : float or (float, float)
+        Where the problem starts and ends; an interval makes that end free.
     unit : str
         Unit of both.
     scale : float
@@ -118,20 +116,34 @@ class Independent:
     """
 
     name: str = "t"
-    initial: float = 0.0
+    initial: float | Bounds = 0.0
     final: float | Bounds = 1.0
     unit: str = "s"
     scale: float = 1.0
 
-    @property
-    def is_free(self) -> bool:
-        """Whether the final value is the optimiser's choice."""
-        return isinstance(self.final, tuple)
+    def __post_init__(self) -> None:
+        for end, value in (("initial", self.initial), ("final", self.final)):
+            low, high = interval(value)
+            if not low <= high:
+                raise ProblemError(f"{end} {self.name} = {low:g} .. {high:g} is not an interval")
+        if interval(self.initial)[0] >= interval(self.final)[1]:
+            raise ProblemError(
+                f"{self.name} starts at {self.initial} and ends at {self.final}: no range is left"
+            )
 
     @property
-    def final_name(self) -> str:
-        """Name of the parameter that stands for a free final value."""
-        return f"{self.name}_final"
+    def is_free(self) -> bool:
+        """Whether either end is the optimiser's choice."""
+        return bool(self.free)
+
+    @property
+    def free(self) -> dict[str, Parameter]:
+        """Parameters that stand for the free ends, by `"initial"` and `"final"`, in this order."""
+        return {
+            end: Parameter(f"{self.name}_{end}", self.unit, value)
+            for end, value in (("initial", self.initial), ("final", self.final))
+            if isinstance(value, tuple)
+        }
 
 
 @dataclass(frozen=True)
@@ -166,7 +178,7 @@ class Point(Mapping[str, Any]):
 
     def __getitem__(self, name: str) -> Any:
         if name not in self._values:
-            raise ProblemError(_unknown("quantity", name, self._values))
+            raise ProblemError(unknown("quantity", name, self._values))
         return self._values[name]
 
     def __iter__(self) -> Any:
@@ -249,8 +261,6 @@ class Problem:
     def __post_init__(self) -> None:
         if not self.states:
             raise ProblemError(f"problem {self.name!r} has no state")
-        if self.lagrange is None and self.mayer is None:
-            raise ProblemError(f"problem {self.name!r} has no objective: give lagrange or mayer")
         if self.data and self.independent.is_free:
             raise ProblemError(
                 f"problem {self.name!r} reads the data {', '.join(self.data)} along a range whose end is "
@@ -265,7 +275,7 @@ class Problem:
         for where in (self.initial, self.terminal, self.periodic):
             for name in where:
                 if name not in states:
-                    raise ProblemError(_unknown("state", name, states))
+                    raise ProblemError(unknown("state", name, states))
         for end, values in (("initial", self.initial), ("terminal", self.terminal)):
             for name, value in values.items():
                 low, high = interval(value)
@@ -277,11 +287,22 @@ class Problem:
 
     @property
     def all_parameters(self) -> tuple[Parameter, ...]:
-        """Static parameters, a free final value of the independent variable included, last."""
-        if not isinstance(self.independent.final, tuple):
-            return tuple(self.parameters)
-        free = Parameter(self.independent.final_name, self.independent.unit, self.independent.final)
-        return (*self.parameters, free)
+        """Static parameters, and last the free ends of the independent variable."""
+        return (*self.parameters, *self.independent.free.values())
+
+    @property
+    def conditions(self) -> tuple[Boundary, ...]:
+        """Boundary conditions, and where both ends are free and could cross, that they do not, last."""
+        free = self.independent.free
+        if len(free) < 2 or free["initial"].bounds[1] <= free["final"].bounds[0]:
+            return tuple(self.boundary)
+        name, unit = f"length of the range of {self.independent.name}", self.independent.unit
+        return (*self.boundary, Boundary(name, unit, (0.0, np.inf), free["final"].size))
+
+    @property
+    def has_objective(self) -> bool:
+        """Whether there is anything to minimise; a phase of several may leave that to the others."""
+        return self.lagrange is not None or self.mayer is not None
 
     @property
     def names(self) -> dict[str, list[str]]:
@@ -292,9 +313,14 @@ class Problem:
             "parameters": self.all_parameters,
             "path constraints": self.path,
             "integral constraints": self.integrals,
-            "boundary conditions": self.boundary,
+            "boundary conditions": self.conditions,
         }
         return {kind: [quantity.name for quantity in group] for kind, group in groups.items()}
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of all that has values, by name."""
+        return {q.name: q.unit for q in (*self.states, *self.controls, *self.all_parameters)}
 
     def check(self, equations: Equations) -> None:
         """Refuse equations that do not give exactly what the problem names.
@@ -315,9 +341,22 @@ class Problem:
             for name in wanted:
                 if name not in given:
                     raise ProblemError(f"the equations of {self.name!r} give no {kind} {name!r}")
-            for name in given:
+            for name, value in given.items():
                 if name not in wanted:
-                    raise ProblemError(_unknown(kind, name, wanted))
+                    raise ProblemError(unknown(kind, name, wanted))
+                if (
+                    np.size(value) != 1
+                    if isinstance(value, np.ndarray | list | tuple)
+                    else _numel(value) != 1
+                ):
+                    raise ProblemError(
+                        f"the equations of {self.name!r}: {kind} {name!r} is not one number or expression"
+                    )
+
+
+def _numel(value: Any) -> int:
+    """Return how many elements an expression has; a plain number has one."""
+    return int(value.numel()) if hasattr(value, "numel") else 1
 
 
 def interval(value: float | Bounds) -> Bounds:
@@ -327,7 +366,7 @@ def interval(value: float | Bounds) -> Bounds:
     return (float(value), float(value))
 
 
-def _unknown(kind: str, name: str, known: Iterable[str]) -> str:
+def unknown(kind: str, name: str, known: Iterable[str]) -> str:
     """Say that a name is unknown, with the nearest one or all of them."""
     known = list(known)
     near = get_close_matches(name, known, n=1)

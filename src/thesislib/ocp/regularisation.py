@@ -35,7 +35,7 @@ def rate_penalty(pointwise: Pointwise, mesh: Mesh, point_index: np.ndarray, vari
     gaps = np.diff(mesh.collocation)
     pairs = np.column_stack((np.arange(mesh.points - 1), np.arange(1, mesh.points)))
     if problem.states and len(problem.periodic) == len(problem.states):
-        gaps = np.append(gaps, 1.0 - mesh.collocation[-1])
+        gaps = np.append(gaps, 1.0 - mesh.collocation[-1] + mesh.collocation[0])
         pairs = np.vstack((pairs, (mesh.points - 1, 0)))
     if not problem.independent.is_free:
         _, span = pointwise.range(np.empty(0))

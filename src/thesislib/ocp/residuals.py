@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from thesislib.ocp.endpoints import Endpoints
-from thesislib.ocp.iterate import pack
+from thesislib.ocp.phased import PhasedSolution
 from thesislib.ocp.quadrature import Array
 from thesislib.ocp.solution import Solution
+from thesislib.ocp.system import AnySolution, System, iterates_of, parts
 from thesislib.ocp.transcription import Transcription
 
 
@@ -31,6 +32,8 @@ class Residual:
         Unit of the amount.
     scaled : float
         The violation as the solver sees it.
+    limit : str
+        Of a bound, which one: `"above 560 kW"`.
     """
 
     equation: str
@@ -39,18 +42,20 @@ class Residual:
     amount: float
     unit: str
     scaled: float
+    limit: str = ""
 
     def __str__(self) -> str:
         where = f"interval {self.interval}, " if self.interval is not None else ""
-        return f"{self.equation}, {where}{self.place}: {self.amount:.3g} {self.unit}"
+        limit = f" {self.limit}" if self.limit else ""
+        return f"{self.equation}, {where}{self.place}: {self.amount:.3g} {self.unit}{limit}"
 
 
-def worst_residual(solution: Solution) -> Residual:
+def worst_residual(solution: AnySolution) -> Residual:
     """Return the constraint or bound that a solution violates most, in scaled size.
 
     Parameters
     ----------
-    solution : Solution
+    solution : Solution or PhasedSolution
         Usually one that did not converge.
 
     Returns
@@ -60,65 +65,95 @@ def worst_residual(solution: Solution) -> Residual:
     return max(residuals(solution), key=lambda residual: residual.scaled)
 
 
-def residuals(solution: Solution) -> list[Residual]:
+def residuals(solution: AnySolution) -> list[Residual]:
     """Return the worst violation of every equation and every bound.
 
     A defect is reported as the miss of the state over its interval, in units of the state.
     """
-    pointwise, problem, mesh = solution.pointwise, solution.problem, solution.mesh
-    transcription = Transcription(pointwise, Endpoints(pointwise), mesh)
-    programme = transcription.programme()
-    x = pack(solution.iterate, transcription)[0]
-    parameters = transcription.parameter_vector(solution.iterate.parameters)
-    g = np.array(programme.derivatives["jac_g"](x, parameters)[0]).ravel()
-    rows = _violation(g, programme.rows_lower, programme.rows_upper)
-    bounds = _violation(x, programme.lower, programme.upper)
-    places = solution.points
-    unit = problem.independent.unit
-
-    def worst(label: str, violations: Array, size: float, of: str) -> Residual:
-        at = int(np.nanargmax(np.where(np.isnan(violations), np.inf, violations)))
-        place = f"{problem.independent.name} = {places[at]:.1f} {unit}"
-        return Residual(
-            label, int(mesh.interval[at]), place, float(violations[at] * size), of, float(violations[at])
-        )
-
+    collocated = System.solved(solution).collocated(iterates_of(solution).meshes)
+    programme, iterates = collocated.programme, iterates_of(solution)
+    x = collocated.pack(iterates)[0]
+    g = np.array(programme.derivatives["jac_g"](x, collocated.parameters(iterates))[0]).ravel()
+    rows = (g, programme.rows_lower, programme.rows_upper)
+    bounds = (x, programme.lower, programme.upper)
     found = []
-    for state, index in zip(problem.states, transcription.defect_rows, strict=True):
-        found.append(worst(f"defect of {state.name}", rows[index], state.size, state.unit))
-    for constraint, index in zip(problem.path, transcription.path_rows, strict=True):
-        label = f"path constraint {constraint.name}"
-        found.append(worst(label, rows[index], constraint.size, constraint.unit))
-    for quantity, index in zip((*problem.states, *problem.controls), transcription.point_index, strict=True):
-        found.append(worst(f"bound of {quantity.name}", bounds[index], quantity.size, quantity.unit))
-    for integral, index in zip(problem.integrals, transcription.sum_rows, strict=True):
-        total = float(rows[index].sum())
-        found.append(
-            Residual(
-                f"integral {integral.name}", None, "whole range", total * integral.size, integral.unit, total
+    for part, transcription, a, c in zip(
+        parts(solution), collocated.transcriptions, collocated.variables, collocated.rows, strict=False
+    ):
+        prefix = f"{part.problem.name}: " if isinstance(solution, PhasedSolution) else ""
+        ours = _cut(rows, c, transcription.rows), _cut(bounds, a, transcription.variables)
+        found += list(_of_phase(part, transcription, *ours, prefix))
+    if isinstance(solution, PhasedSolution):
+        for row, link in enumerate(solution.problem.links, start=int(collocated.rows[-1])):
+            value, side = _violation(*_cut(rows, row, 1))
+            limit = _limit(side[0], link.bounds, link.unit)
+            amount = float(value[0])
+            found.append(
+                Residual(f"link {link.name}", None, "ends", amount * link.size, link.unit, amount, limit)
             )
-        )
-    for condition, row in zip(problem.boundary, transcription.boundary_rows, strict=True):
-        size = float(rows[row])
-        found.append(
-            Residual(
-                f"boundary condition {condition.name}",
-                None,
-                "ends",
-                size * condition.size,
-                condition.unit,
-                size,
-            )
-        )
     return found
 
 
-def undefined(solution: Solution) -> str | None:
+Triple = tuple[Array, Array, Array]
+
+
+def _cut(values: Triple, first: int, count: int) -> Triple:
+    value, lower, upper = (part[first : first + count] for part in values)
+    return value, lower, upper
+
+
+def _of_phase(
+    solution: Solution, transcription: Transcription, rows: Triple, bounds: Triple, prefix: str
+) -> Iterator[Residual]:
+    """Yield the worst violation of every equation and bound of one phase."""
+    problem, mesh = solution.problem, solution.mesh
+    places, unit = solution.points, problem.independent.unit
+    row_misses, row_sides = _violation(*rows)
+    bound_misses, bound_sides = _violation(*bounds)
+
+    def worst(
+        label: str, misses: Array, sides: Array, size: float, of: str, limits: tuple[float, float] | None
+    ) -> Residual:
+        at = int(np.nanargmax(np.where(np.isnan(misses), np.inf, misses)))
+        place = f"{problem.independent.name} = {places[at]:.1f} {unit}"
+        limit = "" if limits is None else _limit(sides[at], limits, of)
+        miss = float(misses[at])
+        return Residual(prefix + label, int(mesh.interval[at]), place, miss * size, of, miss, limit)
+
+    for state, index in zip(problem.states, transcription.defect_rows, strict=True):
+        label = f"defect of {state.name}"
+        yield worst(label, row_misses[index], row_sides[index], state.size, state.unit, None)
+    for constraint, index in zip(problem.path, transcription.path_rows, strict=True):
+        label, of = f"path constraint {constraint.name}", constraint.unit
+        yield worst(label, row_misses[index], row_sides[index], constraint.size, of, constraint.bounds)
+    quantities = (*problem.states, *problem.controls)
+    for quantity, index in zip(quantities, transcription.point_index, strict=True):
+        label, of = f"bound of {quantity.name}", quantity.unit
+        yield worst(label, bound_misses[index], bound_sides[index], quantity.size, of, quantity.bounds)
+    for parameter, at in zip(problem.all_parameters, transcription.parameter_index, strict=True):
+        miss, limit = float(bound_misses[at]), _limit(bound_sides[at], parameter.bounds, parameter.unit)
+        label, size = f"{prefix}bound of {parameter.name}", parameter.size
+        yield Residual(label, None, "whole range", miss * size, parameter.unit, miss, limit)
+    for integral, index in zip(problem.integrals, transcription.sum_rows, strict=True):
+        total = float(row_misses[index].sum())
+        label = f"{prefix}integral {integral.name}"
+        yield Residual(label, None, "whole range", total * integral.size, integral.unit, total)
+    for integral, at in zip(problem.integrals, transcription.sum_index[:, -1], strict=True):
+        miss, limit = float(bound_misses[at]), _limit(bound_sides[at], integral.bounds, integral.unit)
+        label = f"{prefix}bound of integral {integral.name}"
+        yield Residual(label, None, "whole range", miss * integral.size, integral.unit, miss, limit)
+    for condition, row in zip(problem.conditions, transcription.boundary_rows, strict=True):
+        miss, limit = float(row_misses[row]), _limit(row_sides[row], condition.bounds, condition.unit)
+        label = f"{prefix}boundary condition {condition.name}"
+        yield Residual(label, None, "ends", miss * condition.size, condition.unit, miss, limit)
+
+
+def undefined(solution: AnySolution) -> str | None:
     """Say which equation, or which derivative of one, has no finite value first along the range.
 
     Parameters
     ----------
-    solution : Solution
+    solution : Solution or PhasedSolution
         Usually one at which the solver met such a number.
 
     Returns
@@ -126,8 +161,16 @@ def undefined(solution: Solution) -> str | None:
     str or None
         None where all are finite.
     """
+    for part in parts(solution):
+        said = _undefined(part)
+        if said:
+            return f"{part.problem.name}: {said}" if isinstance(solution, PhasedSolution) else said
+    return None
+
+
+def _undefined(solution: Solution) -> str | None:
     pointwise, problem, iterate = solution.pointwise, solution.problem, solution.iterate
-    z = np.vstack((iterate.states[:, :-1], iterate.controls))
+    z = iterate.points
     arguments = pointwise.arguments(z, iterate.parameters, solution.mesh.collocation)
     unknowns = [q.name for q in (*problem.states, *problem.controls, *problem.all_parameters)]
     labels = list(pointwise.output_names)
@@ -148,15 +191,26 @@ def undefined(solution: Solution) -> str | None:
     return None
 
 
-def worst_error(solution: Solution) -> Residual:
+def worst_error(solution: AnySolution) -> Residual:
     """Return the state and place at which the error estimate is largest."""
-    problem, errors = solution.problem, solution.estimate
-    state, interval = divmod(int(errors.by_state.argmax()), solution.mesh.intervals)
-    place = float(solution.places(errors.place[state, interval]))
+    part = max(parts(solution), key=lambda phase: phase.error)
+    problem, errors = part.problem, part.estimate
+    state, interval = divmod(int(errors.by_state.argmax()), part.mesh.intervals)
+    place = float(part.places(errors.place[state, interval]))
     error = float(errors.by_state[state, interval])
     where = f"{problem.independent.name} = {place:.1f} {problem.independent.unit}"
-    return Residual(f"state {problem.states[state].name}", interval, where, error, "relative", error)
+    prefix = f"{problem.name}: " if isinstance(solution, PhasedSolution) else ""
+    return Residual(f"{prefix}state {problem.states[state].name}", interval, where, error, "relative", error)
 
 
-def _violation(values: Array, lower: Array, upper: Array) -> Array:
-    return np.maximum(np.maximum(lower - values, values - upper), 0.0)
+def _violation(values: Array, lower: Array, upper: Array) -> tuple[Array, Array]:
+    """Return by how much bounds are violated, and on which side: -1 below, 1 above."""
+    below, above = lower - values, values - upper
+    return np.maximum(np.maximum(below, above), 0.0), np.where(above >= below, 1, -1)
+
+
+def _limit(side: int, bounds: tuple[float, float], unit: str) -> str:
+    """Say which bound is violated; an equation with zero has none to name."""
+    if bounds == (0.0, 0.0):
+        return ""
+    return f"above {bounds[1]:g} {unit}" if side > 0 else f"below {bounds[0]:g} {unit}"

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from thesislib.ocp.problem import ProblemError
-from thesislib.ocp.quadrature import Array, interpolation_matrix, radau_points
+from thesislib.ocp.quadrature import Array, interpolation_matrix
 from thesislib.ocp.solution import Solution
 
 
@@ -117,7 +117,7 @@ def _advanced(
     mesh, pointwise, iterate = solution.mesh, solution.pointwise, solution.iterate
     starts, widths = mesh.boundaries[intervals], mesh.widths[intervals]
     orders = mesh.orders[intervals]
-    groups = [(np.flatnonzero(orders == order), radau_points(int(order))) for order in np.unique(orders)]
+    groups = [(np.flatnonzero(orders == order), mesh.rule.points(int(order))) for order in np.unique(orders)]
     supports = [
         iterate.controls[:, mesh.first[intervals[members]][:, None] + np.arange(len(support))]
         for members, support in groups

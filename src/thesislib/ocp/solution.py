@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,9 @@ from thesislib.ocp.pointwise import Pointwise
 from thesislib.ocp.problem import Problem, ProblemError
 from thesislib.ocp.quadrature import Array
 from thesislib.ocp.refinement import ErrorEstimate
+
+if TYPE_CHECKING:
+    from thesislib.ocp.simulation import Simulation
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,8 @@ class MeshRecord:
         User CPU time.
     status : str
         What the solver returned.
+    change : str
+        What refinement did to make the next mesh, or why there was none.
     """
 
     intervals: int
@@ -42,6 +47,7 @@ class MeshRecord:
     iterations: int
     seconds: float
     status: str
+    change: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,6 +76,8 @@ class Solution:
         False for a best iterate that the caller asked for though the solve failed.
     compiled : bool
         Whether the derivatives ran as compiled code.
+    stopped : str
+        Why the refinement ended.
     """
 
     pointwise: Pointwise
@@ -81,6 +89,7 @@ class Solution:
     history: tuple[MeshRecord, ...]
     converged: bool
     compiled: bool
+    stopped: str = ""
 
     @property
     def problem(self) -> Problem:
@@ -119,7 +128,7 @@ class Solution:
 
     @property
     def nodes(self) -> Array:
-        """The independent variable at the collocation points and the end, shape (N + 1,)."""
+        """The independent variable at the collocation points and the end they leave out, shape (N + 1,)."""
         return self.places(self.mesh.nodes)
 
     @property
@@ -133,30 +142,30 @@ class Solution:
         return self.mesh.weights * self.span
 
     def __getitem__(self, name: str) -> Array:
-        kind, index, quantity = self._find(name)
+        kind, index, quantity = self.find(name)
         if kind == "state":
-            return np.asarray(self.iterate.states[index, :-1] * quantity.size)
+            return np.asarray(self.iterate.states[index, self.mesh.collocated] * quantity.size)
         if kind == "control":
             return np.asarray(self.iterate.controls[index] * quantity.size)
         return np.asarray(self.iterate.parameters[index] * quantity.size)
 
     def parameter(self, name: str) -> float:
         """Return the optimal value of a static parameter."""
-        kind, index, quantity = self._find(name)
+        kind, index, quantity = self.find(name)
         if kind != "parameter":
             raise ProblemError(f"{name!r} is a {kind}, not a parameter")
         return float(self.iterate.parameters[index] * quantity.size)
 
     def at_nodes(self, name: str) -> Array:
-        """Return a state at the collocation points and the end, shape (N + 1,)."""
-        kind, index, quantity = self._find(name)
+        """Return a state at the collocation points and the end they leave out, shape (N + 1,)."""
+        kind, index, quantity = self.find(name)
         if kind != "state":
             raise ProblemError(f"{name!r} is a {kind}; only states live at the nodes")
         return np.asarray(self.iterate.states[index] * quantity.size)
 
     def interpolate(self, name: str, places: Array) -> Array:
         """Return a state or control anywhere, from its interpolating polynomial."""
-        kind, index, quantity = self._find(name)
+        kind, index, quantity = self.find(name)
         start, span = self.pointwise.range(self.iterate.parameters)
         fractions = (np.atleast_1d(places) - start) / span
         if kind == "state":
@@ -183,11 +192,19 @@ class Solution:
         ndarray, shape (N,)
             In units of the objective per unit of the state.
         """
-        kind, index, quantity = self._find(name)
+        kind, index, quantity = self.find(name)
         if kind != "state" or self.iterate.multipliers is None:
             raise ProblemError(f"{name!r} has no costate: it is a {kind}")
         scale = self.problem.objective_scale / quantity.size
         return np.asarray(self.iterate.multipliers.costates[index] * scale)
+
+    def costate_at_ends(self, name: str) -> tuple[float, float]:
+        """Return the costate of a state where the range begins and where it ends; see `costate`."""
+        kind, index, quantity = self.find(name)
+        if kind != "state" or self.iterate.multipliers is None:
+            raise ProblemError(f"{name!r} has no costate: it is a {kind}")
+        first, last = self.iterate.costates_at_ends()[index] * self.problem.objective_scale / quantity.size
+        return float(first), float(last)
 
     def path_multiplier(self, name: str) -> Array:
         """Return the multiplier density of a path constraint.
@@ -214,32 +231,64 @@ class Solution:
 
     def bound_multiplier(self, name: str) -> Array:
         """Return the multiplier density of the bounds of a state or control, shape (N,)."""
-        kind, index, quantity = self._find(name)
+        kind, index, quantity = self.find(name)
         if kind == "parameter" or self.iterate.multipliers is None:
             raise ProblemError(f"{name!r} is a parameter: its bound has no density")
         row = index + (len(self.problem.states) if kind == "control" else 0)
         scale = self.problem.objective_scale / quantity.size / self.span
         return np.asarray(self.iterate.multipliers.bounds[row] * scale)
 
+    def path_multiplier_at_ends(self, name: str) -> tuple[float, float]:
+        """Return a path constraint's multiplier density where the range begins and ends.
+
+        At the end that is no collocation point, where the constraint is not imposed, the straight line
+        through the two nearest points is followed, at most to zero.
+        """
+        values, places = self.path_multiplier(name), self.points
+        ends = []
+        for end, at, (a, b) in (
+            (self.places(np.array(0.0)), 0, (0, 1)),
+            (self.places(np.array(1.0)), -1, (-1, -2)),
+        ):
+            if len(values) < 2 or places[at] == end:
+                ends.append(float(values[at]))
+                continue
+            line = values[a] + (values[b] - values[a]) * (end - places[a]) / (places[b] - places[a])
+            ends.append(float(line) if line * values[a] > 0 else 0.0)
+        return ends[0], ends[1]
+
+    # These read a solution and belong to modules that build on this one.
+
+    def integral(self, name: str) -> float:
+        """Return an integral (2.155) by name; see `evaluation.integral`."""
+        from thesislib.ocp.evaluation import integral
+
+        return integral(self, name)
+
+    def defects(self) -> dict[str, Array]:
+        """Return the largest defect of every state in every interval; see `evaluation.defects`."""
+        from thesislib.ocp.evaluation import defects
+
+        return defects(self)
+
+    def resample(self, mesh: Mesh) -> Solution:
+        """Return the solution, multipliers and all, on another mesh; see `evaluation.resampled`."""
+        from thesislib.ocp.evaluation import resampled
+
+        return resampled(self, mesh)
+
+    def simulate(self, segments: int | None = None, **options: Any) -> Simulation:
+        """Re-integrate the solution with its own controls; see `simulation.simulate`."""
+        from thesislib.ocp.simulation import simulate
+
+        return simulate(self, segments, **options)
+
     def summary(self) -> dict[str, Any]:
         """Return how the solution was found, as plain numbers and strings."""
-        last = self.history[-1]
-        return {
-            "status": last.status,
-            "converged": self.converged,
-            "objective": self.objective,
-            "regularisation": self.regularisation,
-            "error_estimate": self.error,
-            "tolerance": self.tolerance,
-            "points": self.mesh.points,
-            "intervals": self.mesh.intervals,
-            "meshes": len(self.history),
-            "iterations": sum(record.iterations for record in self.history),
-            "seconds": sum(record.seconds for record in self.history),
-            "compiled": self.compiled,
-        }
+        return summarised(self)
 
-    def _find(self, name: str) -> tuple[str, int, Any]:
+    def find(self, name: str) -> tuple[str, int, Any]:
+        """Return whether a name is a state, control or parameter, its row, and the quantity."""
         for kind, quantities in (
             ("state", self.problem.states),
             ("control", self.problem.controls),
@@ -250,3 +299,22 @@ class Solution:
                     return kind, index, quantity
         known = [q.name for q in (*self.problem.states, *self.problem.controls, *self.problem.all_parameters)]
         raise ProblemError(f"the solution has no {name!r}; known: {', '.join(known)}")
+
+
+def summarised(solution: Any) -> dict[str, Any]:
+    """Return how a solution of one or several phases was found, as plain numbers and strings."""
+    last, history = solution.history[-1], solution.history
+    return {
+        "status": last.status,
+        "converged": solution.converged,
+        "objective": solution.objective,
+        "regularisation": solution.regularisation,
+        "error_estimate": solution.error,
+        "tolerance": solution.tolerance,
+        "points": last.points,
+        "intervals": last.intervals,
+        "meshes": len(history),
+        "iterations": sum(record.iterations for record in history),
+        "seconds": sum(record.seconds for record in history),
+        "compiled": solution.compiled,
+    }

@@ -4,88 +4,45 @@ from __future__ import annotations
 
 import logging
 import resource
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any, overload
 
 import casadi as ca
 import numpy as np
 
-from thesislib.ocp.endpoints import Endpoints
-from thesislib.ocp.iterate import Iterate, Scales, guessed, pack, rescaled, unpack
+from thesislib.ocp.evaluation import objective
+from thesislib.ocp.failure import SolveError, failure, finished, told
+from thesislib.ocp.iterate import Iterate
 from thesislib.ocp.mesh import Mesh
+from thesislib.ocp.phased import PhasedSolution
+from thesislib.ocp.phases import Phases
 from thesislib.ocp.pointwise import Pointwise
 from thesislib.ocp.problem import Problem, ProblemError
+from thesislib.ocp.programme import Programme
+from thesislib.ocp.progress import Watch
 from thesislib.ocp.quadrature import Array
-from thesislib.ocp.refinement import error_estimate, refined
-from thesislib.ocp.residuals import undefined, worst_error, worst_residual
+from thesislib.ocp.refinement import Refinement, error_estimate, refine
+from thesislib.ocp.settings import Settings
 from thesislib.ocp.solution import MeshRecord, Solution
-from thesislib.ocp.transcription import Programme, Transcription
+from thesislib.ocp.system import AnySolution, Collocated, Iterates, Statement, System, iterates_of, parts
 
 logger = logging.getLogger(__name__)
 
+# How far IPOPT's tolerance is tightened at most.
+TIGHTEST = 1e-6
 
-class SolveError(RuntimeError):
-    """A solve that did not reach what was asked; `solution` is its best iterate, marked.
-
-    Attributes
-    ----------
-    solution : Solution
-        The last iterate, with `converged` False.
-    """
-
-    def __init__(self, message: str, solution: Solution) -> None:
-        super().__init__(message)
-        self.solution = solution
+# What IPOPT says when a start from a solution has led it astray: worth one more start from the values alone.
+LOST = (
+    "Maximum_Iterations_Exceeded",
+    "Infeasible_Problem_Detected",
+    "Restoration_Failed",
+    "Search_Direction_Becomes_Too_Small",
+    "Error_In_Step_Computation",
+)
 
 
-@dataclass(frozen=True)
-class Settings:
-    """How a problem is solved.
-
-    Parameters
-    ----------
-    tolerance : float
-        Largest relative state error (2.162).
-    optimality : float
-        IPOPT's tolerance on the scaled programme, of the solution that is returned.
-    draft : float, optional
-        IPOPT's tolerance on every mesh before that: meshes that will be refined need no
-        more, and a barrier parameter that has not vanished makes the next start easier. The
-        last mesh is then solved once more. By default the same as `optimality`.
-    aim : float
-        Refinement aims at this part of the tolerance: the decay that (2.163) counts on is too
-        hopeful where controls have kinks, and a mesh more costs more than a few points.
-    meshes : int
-        Largest number of meshes.
-    lowest, highest : int
-        N_min and N_max of (2.163) and (2.164).
-    most_points : int
-        Refinement stops before a mesh of more collocation points than this.
-    iterations : int
-        Largest number of IPOPT iterations on one mesh.
-    seconds : float
-        User CPU seconds after which IPOPT gives up on one mesh.
-    barrier : float
-        Initial barrier parameter of a warm start.
-    log_file : str, optional
-        Where IPOPT writes its iterations.
-    """
-
-    tolerance: float = 1e-6
-    optimality: float = 1e-8
-    draft: float | None = None
-    aim: float = 1.0
-    meshes: int = 20
-    lowest: int = 3
-    highest: int = 10
-    most_points: int = 30_000
-    iterations: int = 1000
-    seconds: float = 1e9
-    barrier: float = 1e-6
-    log_file: str | None = None
-
-
+@overload
 def solve(
     problem: Problem,
     guess: Mapping[str, Any] | Solution | None = None,
@@ -95,17 +52,42 @@ def solve(
     accept_best: bool = False,
     compile_code: bool | None = None,
     **changes: Any,
-) -> Solution:
+) -> Solution: ...
+
+
+@overload
+def solve(
+    problem: Phases,
+    guess: Mapping[str, Any] | PhasedSolution | None = None,
+    mesh: Mesh | Mapping[str, Mesh] | None = None,
+    settings: Settings | None = None,
+    *,
+    accept_best: bool = False,
+    compile_code: bool | None = None,
+    **changes: Any,
+) -> PhasedSolution: ...
+
+
+def solve(
+    problem: Statement,
+    guess: Mapping[str, Any] | AnySolution | None = None,
+    mesh: Mesh | Mapping[str, Mesh] | None = None,
+    settings: Settings | None = None,
+    *,
+    accept_best: bool = False,
+    compile_code: bool | None = None,
+    **changes: Any,
+) -> AnySolution:
     """Solve an optimal control problem to a relative state error.
 
     Parameters
     ----------
-    problem : Problem
+    problem : Problem or Phases
         What to solve.
-    guess : mapping or Solution, optional
-        Numbers or functions of the independent variable by name; or a solution of this or
-        a similar problem, multipliers included.
-    mesh : Mesh, optional
+    guess : mapping, Solution or PhasedSolution, optional
+        Numbers or functions of the independent variable by name, of phases by the name of the phase; or
+        a solution of this or a similar problem, multipliers included.
+    mesh : Mesh, or mapping of phases to meshes, optional
         First mesh; by default ten intervals of four points, or the guess's mesh.
     settings : Settings, optional
         Tolerances and limits; single ones may be given as keywords.
@@ -116,7 +98,7 @@ def solve(
 
     Returns
     -------
-    Solution
+    Solution, or PhasedSolution for Phases
 
     Raises
     ------
@@ -129,134 +111,226 @@ def solve(
     settings = replace(settings or Settings(), **changes)
     if not 0 < settings.tolerance < 1:
         raise ProblemError(f"tolerance = {settings.tolerance:g} is outside 0 .. 1")
-    if isinstance(guess, Solution):
-        same = guess.problem is problem and compile_code in (None, guess.compiled)
-        pointwise = guess.pointwise if same else Pointwise(problem, compile_code)
-        iterate = _rescaled(guess, pointwise).on(mesh or guess.mesh)
-    else:
-        pointwise = Pointwise(problem, compile_code)
-        iterate = guessed(pointwise, mesh or Mesh.uniform(10, 4), guess or {})
-    endpoints = Endpoints(pointwise)
-    history: list[MeshRecord] = []
+    similar = guess if isinstance(guess, Solution | PhasedSolution) else None
+    system = System.of(problem, compile_code, similar)
+    run = _Run(system, settings)
+    iterates = system.started(guess, mesh)
     draft = settings.draft is not None and settings.draft > settings.optimality
     while True:
-        solution = _solve_on_mesh(pointwise, endpoints, iterate, settings, history, draft)
-        history = list(solution.history)
-        _log(problem, solution)
-        finer = refined(
-            solution.mesh,
-            solution.estimate.by_interval,
-            settings.tolerance,
-            settings.lowest,
-            settings.highest,
-            settings.aim,
-        )
-        why = _failure(solution, settings, finer, len(history))
-        if why and not accept_best:
-            raise SolveError(why, solution)
-        if why or (solution.converged and not draft):
+        solution = run.solve(iterates, draft)
+        next_meshes = run.refinements(solution)
+        stop = failure(solution, settings, [refinement.mesh for refinement in next_meshes])
+        done, again = solution.converged and not draft, False
+        if done:
+            why = f"error {solution.error:.1e} within {settings.tolerance:.1e}"
+        elif stop:
+            why = stop[0]
+        elif again := run.judges_too_mildly(solution):
+            why = "again, to a tighter tolerance of IPOPT's"
+        else:
+            why = "polished" if solution.converged else "; ".join(map(str, next_meshes))
+        solution = run.ended(solution, why, stopped=bool(done or stop))
+        logger.info("%s: mesh %d, %s", problem.name, len(solution.history), told(solution.history[-1]))
+        if stop and not accept_best:
+            raise SolveError(stop[0], solution, stop[1])
+        if stop or done:
             return solution
         # a polished mesh whose estimate rose above tolerance again is refined and polished, not drafted
         draft = draft and not solution.converged
-        iterate = solution.iterate.on(solution.mesh if solution.converged else finer)
+        iterates = iterates_of(solution)
+        if not (solution.converged or again):
+            iterates = iterates.on([refinement.mesh for refinement in next_meshes])
 
 
-def _failure(solution: Solution, settings: Settings, finer: Mesh, meshes: int) -> str | None:
-    """Say why a solve cannot go on, or None."""
-    name = solution.problem.name
-    if not _finished(solution.status):
-        return (
-            f"{name}: IPOPT stopped with {solution.status} on mesh {meshes} "
-            f"({solution.mesh.intervals} intervals, {solution.mesh.points} points); "
-            f"{undefined(solution) or f'largest residual: {worst_residual(solution)}'}"
+class _Run:
+    """One call of `solve`: what it has spent, and where its meshes were refined."""
+
+    def __init__(self, system: System, settings: Settings) -> None:
+        self.system, self.settings = system, settings
+        self.history: list[MeshRecord] = []
+        self.of_phases: list[list[MeshRecord]] = [[] for _ in system.pointwise]
+        self.touched: list[list[tuple[float, float]]] = [[] for _ in system.pointwise]
+        self.tightened = 1.0
+
+    def solve(self, iterates: Iterates, draft: bool) -> AnySolution:
+        """Return what IPOPT finds on the iterates' meshes."""
+        begun, settings = _cpu(), self.settings
+        for pointwise, iterate in zip(self.system.pointwise, iterates.phases, strict=True):
+            _refuse_undefined(pointwise, iterate)
+        collocated = self.system.collocated(iterates.meshes, settings.form)
+        programme = collocated.programme
+        x, lam_x, lam_g = collocated.pack(iterates)
+        left = settings.seconds - sum(record.seconds for record in self.history)
+        options = _options(programme, settings, lam_x is not None, self._tolerance(draft), left)
+        watch = None
+        if settings.progress:
+            points = [mesh.points for mesh in iterates.meshes]
+            about = (self.system.statement.name, len(self.history) + 1, _intervals(iterates), sum(points))
+            watch = Watch(
+                settings.progress, programme, about, self.system.pointwise[0].problem.objective_scale
+            )
+        options |= _callback(watch)
+        fixed = {
+            "p": collocated.parameters(iterates),
+            "lbx": programme.lower,
+            "ubx": programme.upper,
+            "lbg": programme.rows_lower,
+            "ubg": programme.rows_upper,
+            "x0": np.clip(x, programme.lower, programme.upper),
+        }
+        warm = {} if lam_x is None or lam_g is None else {"lam_x0": lam_x, "lam_g0": lam_g}
+        result, stats = _ipopt(programme, options, fixed | warm)
+        iterations = int(stats["iter_count"])
+        if warm and stats["return_status"] in LOST and _cpu() - begun < left:
+            options = _options(programme, settings, False, self._tolerance(draft), left - (_cpu() - begun))
+            result, stats = _ipopt(programme, options | _callback(watch), fixed)
+            iterations += int(stats["iter_count"])
+        if watch is not None:
+            watch.reraise()
+        status = str(stats["return_status"])
+        return self._solution(collocated, result, status, iterations, _cpu() - begun)
+
+    def _solution(
+        self, collocated: Collocated, result: dict[str, ca.DM], status: str, iterations: int, seconds: float
+    ) -> AnySolution:
+        values = _column(result["x"])
+        found = collocated.unpack(values, _column(result["lam_x"]), _column(result["lam_g"]))
+        scale = self.system.pointwise[0].problem.objective_scale
+        phases = []
+        for k, (iterate, transcription) in enumerate(
+            zip(found.phases, collocated.transcriptions, strict=True)
+        ):
+            ours = values[collocated.variables[k] : collocated.variables[k + 1]]
+            penalty = 0.5 * float(ours @ (transcription.penalty @ ours))
+            pointwise = transcription.pointwise
+            share = objective(pointwise, transcription.endpoints, iterate)
+            estimate = error_estimate(
+                pointwise, iterate.mesh, iterate.states, iterate.controls, iterate.parameters
+            )
+            mesh = iterate.mesh
+            record = MeshRecord(
+                mesh.intervals, mesh.points, share, estimate.largest, iterations, seconds, status
+            )
+            good = finished(status) and estimate.largest <= self.settings.tolerance
+            history = (*self.of_phases[k], record)
+            phases.append(
+                Solution(
+                    pointwise,
+                    iterate,
+                    share,
+                    penalty * scale,
+                    estimate,
+                    self.settings.tolerance,
+                    history,
+                    good,
+                    pointwise.compiled,
+                )
+            )
+        if isinstance(self.system.statement, Problem):
+            return phases[0]
+        regularisation = sum(phase.regularisation for phase in phases)
+        whole = MeshRecord(
+            sum(phase.mesh.intervals for phase in phases),
+            sum(phase.mesh.points for phase in phases),
+            float(result["f"]) * scale - regularisation,
+            max(phase.error for phase in phases),
+            iterations,
+            seconds,
+            status,
         )
-    if solution.converged:
-        return None
-    limit = None
-    if meshes >= settings.meshes:
-        limit = f"after {meshes} mesh{'es' if meshes > 1 else ''}"
-    elif finer.points > settings.most_points:
-        limit = f"and the next mesh would have {finer.points} points, more than {settings.most_points}"
-    if limit is None:
-        return None
-    return (
-        f"{name}: the error estimate {solution.error:.1e} is above the tolerance "
-        f"{settings.tolerance:.1e} {limit}; largest error: {worst_error(solution)}"
-    )
+        return PhasedSolution(
+            self.system.statement,
+            tuple(phases),
+            found.links,
+            whole.objective,
+            (*self.history, whole),
+            all(phase.converged for phase in phases),
+        )
+
+    def _tolerance(self, draft: bool) -> float:
+        """IPOPT's tolerance on the present mesh."""
+        settings = self.settings
+        asked = settings.draft if draft and settings.draft is not None else settings.optimality
+        return asked * self.tightened
+
+    def judges_too_mildly(self, solution: AnySolution) -> bool:
+        """Whether IPOPT has left a start as it was although its states are in error; tighten it then.
+
+        Another mesh would not help: IPOPT's tolerance, not the mesh, is what the error is made of.
+        """
+        too_mildly = not solution.converged and solution.history[-1].iterations == 0
+        if too_mildly and self.tightened > TIGHTEST:
+            self.tightened *= 1e-2
+            return True
+        return False
+
+    def refinements(self, solution: AnySolution) -> list[Refinement]:
+        """Return the next mesh of every phase."""
+        settings, found = self.settings, []
+        for part, touched in zip(parts(solution), self.touched, strict=True):
+            mesh, errors = part.mesh, part.estimate.by_interval
+            keep = np.zeros(mesh.intervals, dtype=bool)
+            for low, high in touched:
+                keep |= (mesh.boundaries[:-1] < high) & (mesh.boundaries[1:] > low)
+            found.append(
+                refine(
+                    mesh,
+                    errors,
+                    settings.tolerance,
+                    settings.lowest,
+                    settings.highest,
+                    settings.aim,
+                    settings.reduction,
+                    keep,
+                )
+            )
+            above = np.flatnonzero(errors > settings.tolerance)
+            touched += [(mesh.boundaries[k], mesh.boundaries[k + 1]) for k in above]
+        return found
+
+    def ended(self, solution: AnySolution, why: str, stopped: bool) -> AnySolution:
+        """Return a solution with the reason noted in its history, and keep that history."""
+        reason = why if stopped else ""
+        if isinstance(solution, PhasedSolution):
+            solution = replace(
+                solution,
+                history=_noted(solution.history, why),
+                stopped=reason,
+                phases=tuple(
+                    replace(part, history=_noted(part.history, why), stopped=reason)
+                    for part in solution.phases
+                ),
+            )
+        else:
+            solution = replace(solution, history=_noted(solution.history, why), stopped=reason)
+        self.history = list(solution.history)
+        self.of_phases = [list(part.history) for part in parts(solution)]
+        return solution
 
 
-def _finished(status: str) -> bool:
-    return status == "Solve_Succeeded"
+def _ipopt(
+    programme: Programme, options: dict[str, Any], start: dict[str, Array]
+) -> tuple[dict[str, ca.DM], dict[str, Any]]:
+    """Return what IPOPT finds and what it says of that."""
+    solver = ca.nlpsol("solver", "ipopt", programme.nlp, options)
+    return solver(**start), solver.stats()
 
 
-def _rescaled(guess: Solution, pointwise: Pointwise) -> Iterate:
-    """Return a solution's iterate in the scales of another problem of the same names."""
-    if guess.pointwise is pointwise:
-        return guess.iterate
-    ours, theirs = pointwise.problem, guess.problem
-    for kind, names in ours.names.items():
-        if theirs.names[kind] != names:
-            raise ProblemError(f"{theirs.name!r} cannot start {ours.name!r}: their {kind} differ")
-    return rescaled(guess.iterate, Scales.of(guess.pointwise), Scales.of(pointwise))
+def _callback(watch: Watch | None) -> dict[str, Any]:
+    return {} if watch is None else {"iteration_callback": watch}
 
 
-def _solve_on_mesh(
-    pointwise: Pointwise,
-    endpoints: Endpoints,
-    iterate: Iterate,
-    settings: Settings,
-    history: list[MeshRecord],
-    draft: bool,
-) -> Solution:
-    begun = _cpu()
-    transcription = Transcription(pointwise, endpoints, iterate.mesh)
-    programme = transcription.programme()
-    x, lam_x, lam_g = pack(iterate, transcription)
-    parameters = transcription.parameter_vector(iterate.parameters)
-    _refuse_undefined(pointwise, iterate)
-    warm = lam_x is not None
-    solver = ca.nlpsol("solver", "ipopt", programme.nlp, _options(programme, settings, warm, draft))
-    start = {"x0": np.clip(x, programme.lower, programme.upper)}
-    if lam_x is not None and lam_g is not None:
-        start |= {"lam_x0": lam_x, "lam_g0": lam_g}
-    result = solver(
-        p=parameters,
-        lbx=programme.lower,
-        ubx=programme.upper,
-        lbg=programme.rows_lower,
-        ubg=programme.rows_upper,
-        **start,
-    )
-    stats = solver.stats()
-    found = unpack(_column(result["x"]), _column(result["lam_x"]), _column(result["lam_g"]), transcription)
-    values = _column(result["x"])
-    penalty = 0.5 * float(values @ (transcription.penalty @ values))
-    scale = pointwise.problem.objective_scale
-    estimate = error_estimate(pointwise, found.mesh, found.states, found.controls, found.parameters)
-    objective = (float(result["f"]) - penalty) * scale
-    record = MeshRecord(
-        found.mesh.intervals,
-        found.mesh.points,
-        objective,
-        estimate.largest,
-        int(stats["iter_count"]),
-        _cpu() - begun,
-        str(stats["return_status"]),
-    )
-    return Solution(
-        pointwise,
-        found,
-        objective,
-        penalty * scale,
-        estimate,
-        settings.tolerance,
-        (*history, record),
-        _finished(record.status) and estimate.largest <= settings.tolerance,
-        pointwise.compiled,
-    )
+def _noted(history: Sequence[MeshRecord], why: str) -> tuple[MeshRecord, ...]:
+    return (*history[:-1], replace(history[-1], change=why))
 
 
-def _options(programme: Programme, settings: Settings, warm: bool, draft: bool) -> dict[str, Any]:
+def _intervals(iterates: Iterates) -> int:
+    return sum(mesh.intervals for mesh in iterates.meshes)
+
+
+def _options(
+    programme: Programme, settings: Settings, warm: bool, tolerance: float, seconds: float
+) -> dict[str, Any]:
     """Return the options of `casadi.nlpsol`."""
     options: dict[str, Any] = {
         **programme.derivatives,
@@ -265,9 +339,12 @@ def _options(programme: Programme, settings: Settings, warm: bool, draft: bool) 
         "print_time": False,
         "ipopt.print_level": 0,
         "ipopt.sb": "yes",
-        "ipopt.tol": settings.draft if draft else settings.optimality,
+        "ipopt.tol": tolerance,
         "ipopt.max_iter": settings.iterations,
-        "ipopt.max_cpu_time": settings.seconds,
+        "ipopt.max_cpu_time": max(seconds, 1e-3),
+        # a line search that has halved its step this often meets a constraint's curvature, and halving
+        # on would make hundreds of tiny steps of it
+        "ipopt.accept_after_max_steps": 6,
     }
     if settings.log_file:
         options |= {
@@ -285,13 +362,12 @@ def _options(programme: Programme, settings: Settings, warm: bool, draft: bool) 
             "ipopt.warm_start_slack_bound_frac": settings.barrier,
             "ipopt.warm_start_mult_bound_push": settings.barrier,
         }
-    return options
+    return options | {f"ipopt.{name}": value for name, value in settings.ipopt.items()}
 
 
 def _refuse_undefined(pointwise: Pointwise, iterate: Iterate) -> None:
     """Refuse a start at which an equation has no finite value, naming it and the place."""
-    z = np.vstack((iterate.states[:, :-1], iterate.controls))
-    outputs = pointwise.evaluate(z, iterate.parameters, iterate.mesh.collocation)
+    outputs = pointwise.evaluate(iterate.points, iterate.parameters, iterate.mesh.collocation)
     bad = np.argwhere(~np.isfinite(outputs))
     if bad.size:
         row, point = bad[0]
@@ -302,22 +378,6 @@ def _refuse_undefined(pointwise: Pointwise, iterate: Iterate) -> None:
             f"{problem.name}: {pointwise.output_names[row]} is {outputs[row, point]} at the start, "
             f"{problem.independent.name} = {place:g} {problem.independent.unit}"
         )
-
-
-def _log(problem: Problem, solution: Solution) -> None:
-    record = solution.history[-1]
-    logger.info(
-        "%s: mesh %d, %d intervals, %d points, objective %.6f, error %.1e, %d iterations, %.1f s%s",
-        problem.name,
-        len(solution.history),
-        record.intervals,
-        record.points,
-        record.objective,
-        record.error,
-        record.iterations,
-        record.seconds,
-        "" if _finished(record.status) else f", {record.status}",
-    )
 
 
 def _column(values: ca.DM) -> Array:

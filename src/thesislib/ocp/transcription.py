@@ -9,7 +9,6 @@ row, which would defeat sparse differentiation and the factorisation alike.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import casadi as ca
@@ -21,32 +20,9 @@ from thesislib.ocp.endpoints import Endpoints
 from thesislib.ocp.mesh import Mesh
 from thesislib.ocp.pointwise import Pointwise
 from thesislib.ocp.problem import Quantity, interval
-from thesislib.ocp.quadrature import Array, radau_differentiation
+from thesislib.ocp.programme import Programme, end_hessian_part, end_jacobian_part, functions
+from thesislib.ocp.quadrature import Array
 from thesislib.ocp.regularisation import rate_penalty
-
-
-@dataclass(frozen=True)
-class Programme:
-    """The nonlinear programme as CasADi functions of (variables, parameters).
-
-    Attributes
-    ----------
-    nlp : dict
-        Symbols `x`, `p` and expressions `f`, `g`.
-    derivatives : dict
-        Functions `grad_f`, `jac_g`, `hess_lag` in the form `casadi.nlpsol` takes.
-    lower, upper : ndarray
-        Bounds of the variables.
-    rows_lower, rows_upper : ndarray
-        Bounds of the constraints.
-    """
-
-    nlp: dict[str, ca.MX]
-    derivatives: dict[str, ca.Function]
-    lower: Array
-    upper: Array
-    rows_lower: Array
-    rows_upper: Array
 
 
 class Transcription:
@@ -63,8 +39,8 @@ class Transcription:
 
     Notes
     -----
-    Variables are ordered point by point (states, then controls), then the final states
-    that are not periodic, the partial sums of the integrals and the parameters.
+    Variables are ordered point by point (states, then controls), then the states that are not
+    periodic at the end which the points leave out, the partial sums of the integrals and the parameters.
     Constraints: defects point by point, path constraints point by point, partial sums,
     boundary conditions. A periodic state has one variable for both ends, so that (4.29)
     needs no constraint.
@@ -75,10 +51,14 @@ class Transcription:
         problem, layout = pointwise.problem, pointwise.layout
         points, size = mesh.points, layout.variables
         self.point_index = np.arange(points * size).reshape(points, size).T
-        wrapped = np.array([state.name in problem.periodic for state in problem.states])
-        final = np.where(wrapped, np.arange(layout.states), points * size + np.cumsum(~wrapped) - 1)
-        self.node_index = np.column_stack((self.point_index[: layout.states], final))
-        offset = points * size + int((~wrapped).sum())
+        self.wrapped = np.array([state.name in problem.periodic for state in problem.states])
+        at_points = self.point_index[: layout.states]
+        # the end that the points leave out; a periodic state has the variable of the other end there
+        other = at_points[:, 0] if mesh.rule.start else at_points[:, -1]
+        self.left_out = np.where(self.wrapped, other, points * size + np.cumsum(~self.wrapped) - 1)
+        nodes = (at_points, self.left_out) if mesh.rule.start else (self.left_out, at_points)
+        self.node_index = np.column_stack(nodes)
+        offset = points * size + int((~self.wrapped).sum())
         integrals = len(problem.integrals)
         self.sum_index = offset + np.arange(integrals * mesh.intervals).reshape(mesh.intervals, integrals).T
         offset += integrals * mesh.intervals
@@ -90,8 +70,8 @@ class Transcription:
         start += points * layout.path
         self.sum_rows = start + np.arange(integrals * mesh.intervals).reshape(mesh.intervals, integrals).T
         start += integrals * mesh.intervals
-        self.boundary_rows = start + np.arange(len(problem.boundary))
-        self.rows = start + len(problem.boundary)
+        self.boundary_rows = start + np.arange(len(problem.conditions))
+        self.rows = start + len(problem.conditions)
         self.penalty = rate_penalty(pointwise, mesh, self.point_index, self.variables)
 
     @property
@@ -104,7 +84,7 @@ class Transcription:
         """Differentiation matrices of all intervals, shape (N, N + 1)."""
         rows, columns, values = [], [], []
         for order, intervals in self.mesh.by_order():
-            matrix = radau_differentiation(order)
+            matrix = self.mesh.rule.differentiation(order)
             first = self.mesh.first[intervals][:, None, None]
             i, j = np.meshgrid(np.arange(order), np.arange(order + 1), indexing="ij")
             rows.append((first + i).ravel())
@@ -151,12 +131,7 @@ class Transcription:
             ca.reshape(p[constants:], data, mesh.points),
             ca.MX(mesh.collocation[None, :]),
         ]
-        ends = [
-            x[self.node_index[:, 0].tolist()],
-            x[self.node_index[:, -1].tolist()],
-            x[self.parameter_index.tolist()],
-            p[:constants],
-        ]
+        ends = [x[self.end_index.tolist()], p[:constants]]
         penalty = ca.DM(self.penalty)
         outputs = self.pointwise.values.map(mesh.points)(*point)
         f = self.endpoints.cost(*ends) + 0.5 * ca.dot(x, ca.mtimes(penalty, x))
@@ -166,17 +141,7 @@ class Transcription:
         gradient, jacobian = self._first_derivatives(x, point, ends, penalty)
         lam_f, lam_g = ca.MX.sym("lam_f"), ca.MX.sym("lam_g", self.rows)
         hessian = self._hessian(point, ends, lam_f, lam_g)
-        derivatives = {
-            "grad_f": ca.Function("nlp_grad_f", [x, p], [f, gradient], ["x", "p"], ["f", "grad_f_x"]),
-            "jac_g": ca.Function("nlp_jac_g", [x, p], [g, jacobian], ["x", "p"], ["g", "jac_g_x"]),
-            "hess_lag": ca.Function(
-                "nlp_hess_l",
-                [x, p, lam_f, lam_g],
-                [hessian],
-                ["x", "p", "lam_f", "lam_g"],
-                ["triu_hess_gamma_x_x"],
-            ),
-        }
+        derivatives = functions(x, p, (f, gradient, g, jacobian), (lam_f, lam_g, hessian))
         nlp = {"x": x, "p": p, "f": f, "g": g}
         return Programme(nlp, derivatives, lower, upper, rows_lower, rows_upper)
 
@@ -204,7 +169,7 @@ class Transcription:
         path = ca.vec(outputs[first + layout.states :, :])
         return ca.densify(ca.vertcat(ca.vec(defects), path, sums, self.endpoints.conditions(*ends)))
 
-    def _output_places(self) -> tuple[np.ndarray, Array]:
+    def output_places(self) -> tuple[np.ndarray, Array]:
         """Return the constraint row of every point output and its factor there, per point.
 
         The objective's integrand has row -1.
@@ -221,7 +186,7 @@ class Transcription:
         rows[first + layout.states :] = self.path_rows
         return rows, factors
 
-    def _unknown_index(self) -> np.ndarray:
+    def unknown_index(self) -> np.ndarray:
         """Return the variable behind every unknown of the point functions, per point."""
         shared = np.repeat(self.parameter_index[:, None], self.mesh.points, axis=1)
         return np.vstack((self.point_index, shared))
@@ -232,9 +197,9 @@ class Transcription:
         mesh = self.mesh
         triplet = self.pointwise.jacobian_sparsity.get_triplet()
         out, unknown = (np.array(part, dtype=int) for part in triplet)
-        rows, factors = self._output_places()
+        rows, factors = self.output_places()
         nonzeros = ca.vec(self.pointwise.jacobian.map(mesh.points)(*point))
-        target_rows, target_columns = rows[out], self._unknown_index()[unknown]
+        target_rows, target_columns = rows[out], self.unknown_index()[unknown]
         target_factors = factors[out]
         source = np.arange(len(out))[:, None] + len(out) * np.arange(mesh.points)[None, :]
 
@@ -245,25 +210,15 @@ class Transcription:
         )
         gradient = ca.mtimes(ca.DM(to_gradient), nonzeros) + ca.mtimes(penalty, x)
         to_ends = selection(self.end_index, self.variables)
-        gradient += ca.mtimes(ca.DM(to_ends), self.endpoints.cost_gradient(*ends).T)
+        gradient += ca.mtimes(ca.DM(to_ends), self.endpoints.cost_gradient(*ends))
 
         keep = ~is_objective
         constant = self._constant_jacobian()
-        end_rows, end_columns = (
-            np.array(part, dtype=int)
-            for part in self.endpoints.conditions_jacobian.sparsity_out(0).get_triplet()
-        )
         assembled = assemble(
             (self.rows, self.variables),
             [
                 (target_rows[keep], target_columns[keep], target_factors[keep], source[keep], source.size),
-                (
-                    self.boundary_rows[end_rows],
-                    self.end_index[end_columns],
-                    np.ones(len(end_rows)),
-                    np.arange(len(end_rows)),
-                    len(end_rows),
-                ),
+                end_jacobian_part(self.endpoints, self.boundary_rows, self.end_index),
             ],
             constant,
         )
@@ -287,21 +242,17 @@ class Transcription:
 
     def _hessian(self, point: list[ca.MX], ends: list[ca.MX], lam_f: ca.MX, lam_g: ca.MX) -> ca.MX:
         layout, mesh = self.pointwise.layout, self.mesh
-        rows, factors = self._output_places()
+        rows, factors = self.output_places()
         extended = ca.vertcat(lam_g, lam_f)
         which = np.where(rows < 0, self.rows, rows)
         weights = ca.reshape(extended[which.T.ravel().tolist()], layout.outputs, mesh.points)
         nonzeros = ca.vec(self.pointwise.hessian.map(mesh.points)(*point, weights * ca.DM(factors)))
         i, j = (np.array(part, dtype=int) for part in self.pointwise.hessian_sparsity.get_triplet())
-        unknowns = self._unknown_index()
+        unknowns = self.unknown_index()
         source = np.arange(len(i))[:, None] + len(i) * np.arange(mesh.points)[None, :]
         first, second = unknowns[i], unknowns[j]
         boundary = lam_g[self.boundary_rows.tolist()] if len(self.boundary_rows) else ca.MX(0, 1)
         end_hessian = self.endpoints.hessian(*ends, lam_f, boundary)
-        k, m = (np.array(part, dtype=int) for part in end_hessian.sparsity().get_triplet())
-        k_index, m_index = self.end_index[k], self.end_index[m]
-        # a periodic state is one variable at both ends: its off-diagonal term counts twice
-        doubled = 1.0 + ((k != m) & (k_index == m_index))
         penalty = sp.triu(self.penalty).tocoo()
         p_rows, p_columns = penalty.coords
         assembled = assemble(
@@ -314,13 +265,7 @@ class Transcription:
                     source.ravel(),
                     source.size,
                 ),
-                (
-                    np.minimum(k_index, m_index),
-                    np.maximum(k_index, m_index),
-                    doubled,
-                    np.arange(len(k)),
-                    len(k),
-                ),
+                end_hessian_part(end_hessian, self.end_index),
                 (p_rows, p_columns, penalty.data, np.zeros(len(p_rows), dtype=int), 1),
             ],
             sp.coo_array((self.variables, self.variables)),
@@ -353,6 +298,6 @@ class Transcription:
         lower, upper = np.zeros(self.rows), np.zeros(self.rows)
         for rows, constraint in zip(self.path_rows, problem.path, strict=True):
             lower[rows], upper[rows] = (bound / constraint.size for bound in constraint.bounds)
-        for row, condition in zip(self.boundary_rows, problem.boundary, strict=True):
+        for row, condition in zip(self.boundary_rows, problem.conditions, strict=True):
             lower[row], upper[row] = (bound / condition.size for bound in condition.bounds)
         return lower, upper
