@@ -49,7 +49,9 @@ LONG = 5.0
 def main() -> None:
     parser = reporting.options(__doc__.partition("\n")[0])
     known = ", ".join(KINDS)
-    parser.add_argument("--packages", nargs="+", default=[measured.OURS], choices=KINDS, metavar="NAME", help=known)
+    parser.add_argument(
+        "--packages", nargs="+", default=[measured.OURS], choices=KINDS, metavar="NAME", help=known
+    )
     parser.add_argument("--peers", action="store_true", help="all packages but ours")
     parser.add_argument("--problems", nargs="+", default=list(STATEMENTS), choices=STATEMENTS, metavar="NAME")
     parser.add_argument("--repetitions", type=int, default=3, help="of which the median counts (3)")
@@ -89,7 +91,7 @@ def settings(limit: float) -> dict[str, Any]:
 
 
 def environment(package: str) -> tuple[Path | None, str]:
-    """Make a package's environment, or find that it is current; return its Python, or None and what failed."""
+    """Make a package's environment, or find it current; return its Python, or None and what failed."""
     if package == measured.OURS:
         return Path(sys.executable), ""
     requirements = PEERS / "requirements" / f"{package.lower()}.txt"
@@ -100,14 +102,18 @@ def environment(package: str) -> tuple[Path | None, str]:
         return python, ""
     shutil.rmtree(folder, ignore_errors=True)
     print(f"installing {package} in {folder.relative_to(ROOT)}", file=sys.stderr)
+    uv = Path(sys.executable).with_name("uv")  # the project's installer, where it was not asked to do without
+    installer = [str(uv), "pip", "install", "--python", str(python)]
+    if not uv.is_file():
+        installer = [str(python), "-m", "pip", "install"]
     for command in (
         [sys.executable, "-m", "venv", str(folder)],
-        [str(python), "-m", "pip", "install", "--quiet", "--no-deps", "--requirement", str(requirements)],
+        [*installer, "--quiet", "--no-deps", "--requirement", str(requirements)],
     ):
         run = subprocess.run(command, capture_output=True, text=True, check=False)
         if run.returncode:
-            said = [line for line in run.stderr.splitlines() if line.startswith("ERROR")] or ["pip failed"]
-            return None, said[0][:200]
+            said = (run.stderr.strip() or "the installer failed without a word").splitlines()
+            return None, said[-1].strip()[:200]
     installed.write_text(wanted, encoding="utf-8")
     return python, ""
 
@@ -152,7 +158,10 @@ def solved(package: str, problem: str, python: Path, limit: float, cache: str) -
     lines = said.splitlines()
     if process.returncode or not lines:
         last = (complaints.strip().splitlines() or ["without a word"])[-1]
-        return {**absent(package, problem, f"ended with status {process.returncode}: {last[:150]}"), "status": "failed"}
+        return {
+            **absent(package, problem, f"ended with status {process.returncode}: {last[:150]}"),
+            "status": "failed",
+        }
     answer = json.loads(lines[-1])
     return {**answer, "status": "solved" if answer.pop("converged") else "failed"}
 
@@ -206,8 +215,9 @@ def table(content: dict[str, Any]) -> str:
     cells = [[str(cell) for cell in row] for row in zip(*columns.values(), strict=True)]
     reasons = [f"{row.package}, {row.problem}: {row.reason}" for row in found.rows if row.reason]
     versions = [
-        f"{name}: {', '.join(f'{k} {v}' for k, v in entry['versions'].items()) or 'not installed'}, {entry['date']}"
+        f"{name}: {', '.join(f'{k} {v}' for k, v in entry['versions'].items())} ({entry['date']})"
         for name, entry in found.packages.items()
+        if entry["versions"]
     ]
     return "\n".join((reporting.table(list(columns), cells), "", *reasons, "", *versions))
 

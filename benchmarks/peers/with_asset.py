@@ -1,4 +1,4 @@
-"""The published problems in the words of ASSET: Lobatto collocation of order five, its own mesh and solver."""
+"""The published problems in the words of ASSET: Lobatto collocation, its own mesh and solver."""
 
 from __future__ import annotations
 
@@ -57,7 +57,9 @@ def stated(statement: Any) -> Any:
 
     args = vf.Arguments(len(place) + len(own))
     rates = statement.equations(vf, arguments(args))
-    ode = oc.ODEBase(vf.stack([rates.derivatives[name] for name in states]), len(states), len(controls), len(own))
+    ode = oc.ODEBase(
+        vf.stack([rates.derivatives[name] for name in states]), len(states), len(controls), len(own)
+    )
     phase = ode.phase("LGL5")
     free = isinstance(statement.final, tuple)
     end = statement.final_guess if free else statement.final

@@ -25,12 +25,7 @@ def solve(statement: Any) -> protocol.Outcome:
     parameters = {v.name: problem.parameter(v.name, boundary=v.bounds) for v in statement.parameters}
     rates = statement.equations(ca, SimpleNamespace(t=time, **states, **controls, **parameters))
     phase.dynamics({states[name]: rate for name, rate in rates.derivatives.items()})
-    limits = [
-        side
-        for constraint in statement.path
-        for bound, side in zip(constraint.bounds, sides(rates.path[constraint.name], constraint.bounds))
-        if isfinite(bound)
-    ]
+    limits = [side for v in statement.path for side in sides(rates.path[v.name], v.bounds)]
     if limits:
         phase.path_constraints(*limits)
     gains = [states[name].final - states[name].initial == gain for name, gain in statement.gains.items()]
@@ -64,8 +59,9 @@ def solve(statement: Any) -> protocol.Outcome:
     )
 
 
-def sides(expression: ca.MX, bounds: tuple[float, float]) -> tuple[ca.MX, ca.MX]:
-    return expression >= bounds[0], expression <= bounds[1]
+def sides(expression: ca.MX, bounds: tuple[float, float]) -> list[ca.MX]:
+    low = [expression >= bounds[0]] if isfinite(bounds[0]) else []
+    return low + ([expression <= bounds[1]] if isfinite(bounds[1]) else [])
 
 
 def objective(statement: Any, phase: Any, rates: Any, time: Any, states: Any, parameters: Any) -> ca.MX:

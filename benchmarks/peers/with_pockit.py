@@ -15,7 +15,7 @@ LIMITS = {
     "absolute_tolerance_continuous": protocol.MESH_TOLERANCE,
     "relative_tolerance_continuous": protocol.MESH_TOLERANCE,
 }
-# shorter intervals are not looked at; pockit's 1e-3 of the range is a whole layer of the hypersensitive problem
+# no shorter interval is refined; pockit's own 1e-3 is a whole layer of the hypersensitive problem
 SHORTEST = 1e-6
 
 
@@ -69,10 +69,10 @@ def stated(statement: Any) -> tuple[Any, Any]:
     """Return the problem as a pockit system of one phase."""
     values = static_guess(statement)
     system = System(list(values))
-    static = dict(zip(values, system.s))
+    static = dict(zip(values, system.s, strict=True))
     phase = system.new_phase([v.name for v in statement.states], [v.name for v in statement.controls])
     names = [v.name for v in (*statement.states, *statement.controls)]
-    symbols = dict(zip(names, (*phase.x, *phase.u)))
+    symbols = dict(zip(names, (*phase.x, *phase.u), strict=True))
     own = {v.name: static[v.name] for v in statement.parameters}
     rates = statement.equations(sympy, SimpleNamespace(t=phase.t, **symbols, **own))
     phase.set_dynamics([rates.derivatives[v.name] for v in statement.states])

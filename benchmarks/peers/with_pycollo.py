@@ -1,4 +1,4 @@
-"""The published problems in the words of pycollo: Lobatto collocation with its own adaptive mesh and scaling."""
+"""The published problems in the words of pycollo: Lobatto collocation, its own mesh and scaling."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def set_objective(problem: Any, phase: Any, statement: Any, rates: Any, symbols:
         problem.objective_function = phase.integral_variables[0]
         return
     name, factor = statement.end_cost
-    ends = dict(zip([v.name for v in statement.states], phase.final_state_variables))
+    ends = dict(zip([v.name for v in statement.states], phase.final_state_variables, strict=True))
     ends |= {v.name: symbols[v.name] for v in statement.parameters} | {"t": phase.final_time_variable}
     problem.objective_function = factor * ends[name]
 

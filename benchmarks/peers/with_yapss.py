@@ -1,4 +1,4 @@
-"""The published problems in the words of yapss: Radau collocation on a fixed mesh, which it does not refine."""
+"""The published problems in the words of yapss: Radau collocation on a fixed mesh."""
 
 from __future__ import annotations
 
@@ -75,9 +75,9 @@ def register(problem: yapss.Problem, statement: Any) -> None:
 
     def continuous(arg: yapss.ContinuousArg) -> None:
         phase = arg.phase[0]
-        at = dict(zip(names, phase.state))
-        at |= dict(zip([v.name for v in statement.controls], phase.control))
-        at |= dict(zip([v.name for v in statement.parameters], arg.parameter))
+        at = dict(zip(names, phase.state, strict=True))
+        at |= dict(zip([v.name for v in statement.controls], phase.control, strict=True))
+        at |= dict(zip([v.name for v in statement.parameters], arg.parameter, strict=True))
         rates = statement.equations(math, SimpleNamespace(t=phase.time, **at))
         phase.dynamics[:] = tuple(rates.derivatives[name] for name in names)
         if statement.path:
@@ -99,7 +99,9 @@ def register(problem: yapss.Problem, statement: Any) -> None:
 
     def discrete(arg: yapss.DiscreteArg) -> None:
         first, last = arg.phase[0].initial_state, arg.phase[0].final_state
-        arg.discrete[:] = tuple(last[names.index(name)] - first[names.index(name)] for name in statement.gains)
+        arg.discrete[:] = tuple(
+            last[names.index(name)] - first[names.index(name)] for name in statement.gains
+        )
 
     problem.functions.continuous = continuous
     problem.functions.objective = objective

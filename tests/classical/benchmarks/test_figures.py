@@ -37,7 +37,10 @@ def test_package_without_an_answer_has_no_marker_but_a_place_in_the_legend():
 
 def test_markers_of_one_problem_do_not_cover_each_other():
     rows = (row("thesislib", 4.0, 0.05), row("maptor", 4.0, 0.05))
-    heights = [line.get_ydata()[0] for line in markers(cpu_seconds(Figure(), Results(packages("thesislib", "maptor"), rows)))]
+    heights = [
+        line.get_ydata()[0]
+        for line in markers(cpu_seconds(Figure(), Results(packages("thesislib", "maptor"), rows)))
+    ]
     assert abs(heights[0] - heights[1]) > 0.1
 
 

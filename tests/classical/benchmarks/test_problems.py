@@ -4,6 +4,7 @@ import ast
 import math
 import sys
 from inspect import getfile
+from pathlib import Path
 from types import SimpleNamespace
 
 import casadi as ca
@@ -58,10 +59,11 @@ def test_every_state_has_a_derivative_and_the_objective_is_stated_once(name):
 
 def test_statements_import_the_standard_library_only():
     # packages in environments of their own read the file without this library
-    with open(getfile(problems), encoding="utf-8") as file:
-        tree = ast.parse(file.read())
+    tree = ast.parse(Path(getfile(problems)).read_text(encoding="utf-8"))
     imported = {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
-    imported |= {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
+    imported |= {
+        alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names
+    }
     assert {name.partition(".")[0] for name in imported if name} <= sys.stdlib_module_names
 
 

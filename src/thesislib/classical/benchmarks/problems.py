@@ -225,7 +225,14 @@ def _reentry() -> Statement:
             Variable("lon", "rad", (-pi, pi), 0.0, 0),
             Variable("lat", "rad", (-radians(70), radians(70)), 0.0, 0),
             Variable("v", "m/s", (10, 45_000), (7802.88, 762), 7802.88, 762),
-            Variable("gamma", "rad", (-radians(80), radians(80)), (-radians(1), -radians(5)), -radians(1), -radians(5)),
+            Variable(
+                "gamma",
+                "rad",
+                (-radians(80), radians(80)),
+                (-radians(1), -radians(5)),
+                -radians(1),
+                -radians(5),
+            ),
             Variable("psi", "rad", (-pi, pi), pi / 2, pi / 2),
         ),
         (
@@ -292,7 +299,8 @@ def _soaring() -> Statement:
                 "y": at.v * cos_gamma * cos_psi,
                 "z": at.v * sin_gamma,
                 "v": -k * (cd0 + induced * at.CL**2) * at.v**2 - g * sin_gamma - gust * sin_psi * cos_gamma,
-                "gamma": k * at.CL * at.v * m.cos(at.phi) - (g * cos_gamma - gust * sin_psi * sin_gamma) / at.v,
+                "gamma": k * at.CL * at.v * m.cos(at.phi)
+                - (g * cos_gamma - gust * sin_psi * sin_gamma) / at.v,
                 "psi": (k * at.CL * at.v * m.sin(at.phi) - gust * cos_psi / at.v) / cos_gamma,
             },
             {"load": k * at.CL * at.v**2 / g},

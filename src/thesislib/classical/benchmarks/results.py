@@ -59,7 +59,9 @@ class Row:
     def is_right(self) -> bool:
         """Whether the package was content and its objective agrees with the published one."""
         error = self.relative_error
-        return self.status == "solved" and error is not None and abs(error) <= STATEMENTS[self.problem].agreement
+        return (
+            self.status == "solved" and error is not None and abs(error) <= STATEMENTS[self.problem].agreement
+        )
 
 
 @dataclass(frozen=True)
@@ -103,7 +105,7 @@ class Results:
         return min(rows, key=lambda row: row.cpu_seconds or math.inf, default=None)
 
     def columns(self) -> dict[str, list[Any]]:
-        """Return the table's columns by heading, one entry per row; an empty text where there is no number."""
+        """Return the table's columns by heading, one entry per row; empty where there is none."""
         table: dict[str, list[Any]] = {name: [] for name in HEADINGS}
         for cells in self._cells():
             for name, cell in zip(HEADINGS, cells, strict=True):
@@ -166,7 +168,9 @@ def read(path: Path) -> Results:
     packages = content["packages"]
     for row in rows:
         if row.problem not in STATEMENTS:
-            raise ResultsError(f"{path.name} names the problem {row.problem!r}; known: {', '.join(STATEMENTS)}")
+            raise ResultsError(
+                f"{path.name} names the problem {row.problem!r}; known: {', '.join(STATEMENTS)}"
+            )
         if row.package not in packages:
             raise ResultsError(f"{path.name} has a row of {row.package!r}, of which it says nothing else")
     order = {name: k for k, name in enumerate(STATEMENTS)}
