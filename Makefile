@@ -10,7 +10,7 @@ export OPENBLAS_NUM_THREADS := 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help book test test-fast environment chapters check site lint bench lock clean
+.PHONY: help book test test-fast environment chapters check site lint bench bench-peers bench-growth lock clean
 
 help:  ## List these targets
 	@sed -n 's/^\([a-z-]*\):.*  ## \(.*\)/make \1|\2/p' $(firstword $(MAKEFILE_LIST)) | \
@@ -42,10 +42,17 @@ lint: environment  ## Style, types, and which room imports which
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports
 
-bench: environment  ## Measure evaluations, a cold lap and ride heights, side by side; `make bench KEEP=--keep` files the results
+bench: environment  ## Measure published problems, evaluations, a lap, ride heights; `make bench KEEP=--keep` files the results
+	@$(BIN)/python benchmarks/published.py $(KEEP)
 	@$(BIN)/python benchmarks/evaluation.py $(KEEP)
 	@$(BIN)/python benchmarks/lap.py $(KEEP)
 	@$(BIN)/python benchmarks/suspension.py $(KEEP)
+
+bench-peers: environment  ## Measure other packages on the published problems, in environments of their own (20 minutes)
+	@$(BIN)/python benchmarks/published.py --peers $(KEEP)
+
+bench-growth: environment  ## Measure how an iteration of the lap grows with the number of points
+	@$(BIN)/python benchmarks/growth.py $(KEEP)
 
 # Pins that are in the lock already are kept; `make lock UPGRADE=--upgrade` takes the newest.
 lock: environment  ## Resolve environment.in into environment-pip.txt
