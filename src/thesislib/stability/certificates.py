@@ -23,10 +23,10 @@ from numpy.typing import NDArray
 
 from thesislib import provenance
 from thesislib.stability import checking
-from thesislib.stability.bivariate import Polynomial
+from thesislib.stability.bivariate import Polynomial, exponents_between
 from thesislib.stability.checking import CertificateError, Verdict
 from thesislib.stability.fields import SCALE, TIME_UNIT, ExactCar, exact, to_floats
-from thesislib.stability.gram import Basis, products, square
+from thesislib.stability.gram import Basis, products, split_by_parity, square
 from thesislib.stability.program import ProgramError, SosProgram
 from thesislib.stability.programs import EPSILON, Multiplier, bases
 
@@ -137,7 +137,7 @@ def certify(
         q_1 = square(containment.blocks, q_grams)
         shape, beta = _exactly(containment.shape), fmpq(*float(containment.beta).as_integer_ratio())
         left = q_1 * (shape - beta) - below
-        inner = containment_basis(V, cars[0].field.odd)
+        inner = inner_basis(V.degree, cars[0].field.odd)
         document["contains"] = {
             "shape": [[i, j, _text(value)] for (i, j), value in shape.terms()],
             "beta": _text(beta),
@@ -147,12 +147,9 @@ def certify(
     return Certificate(document, checking.check(document))
 
 
-def containment_basis(V: Polynomial, even: bool) -> tuple[Basis, ...]:
-    """Return the blocks of monomials of (7.29)."""
-    from thesislib.stability.bivariate import exponents_between
-    from thesislib.stability.gram import split_by_parity
-
-    return split_by_parity(exponents_between(0, V.degree // 2), even)
+def inner_basis(degree: int, even: bool) -> tuple[Basis, ...]:
+    """Return the blocks of monomials up to half a degree, constants included: those of (7.29) and of q_1."""
+    return split_by_parity(exponents_between(0, degree // 2), even)
 
 
 def _proof(

@@ -45,15 +45,13 @@ class Window:
             if len(polygon) == 0:
                 return polygon
             excess = polygon @ normal - limit
-            kept = []
-            for i in range(len(polygon)):
-                before, here = excess[i - 1], excess[i]
-                if (before <= 0) != (here <= 0):
-                    share = before / (before - here)
-                    kept.append(polygon[i - 1] + share * (polygon[i] - polygon[i - 1]))
-                if here <= 0:
-                    kept.append(polygon[i])
-            polygon = np.array(kept).reshape(-1, 2)
+            before, previous = np.roll(excess, 1), np.roll(polygon, 1, axis=0)
+            crosses, kept = (before <= 0) != (excess <= 0), excess <= 0
+            share = np.where(crosses, before, 0.0) / np.where(crosses, before - excess, 1.0)
+            crossing = previous + share[:, None] * (polygon - previous)
+            # on each side of the polygon, first where it crosses the line, then its end
+            both = np.stack([crossing, polygon], axis=1).reshape(-1, 2)
+            polygon = both[np.column_stack([crosses, kept]).reshape(-1)]
         return polygon
 
     def area(self, polygon: Points) -> float:

@@ -115,7 +115,7 @@ class SosProgram:
 
     def require_nonnegative(self, forms: ArrayLike) -> None:
         """Require affine forms of the unknowns, one in each row, to be nonnegative."""
-        self._rows.extend(np.atleast_2d(np.asarray(forms, dtype=float)))
+        self._rows.append(np.atleast_2d(np.asarray(forms, dtype=float)))
 
     def require_positive_semidefinite(self, matrix: NDArray[np.float64]) -> None:
         """Require a symmetric matrix of affine forms, of shape (n, n, 1 + unknowns), to be semidefinite."""
@@ -161,6 +161,9 @@ class SosProgram:
         settings.verbose = False
         settings.max_iter = 100
         settings.max_threads = 1
+        settings.chordal_decomposition_enable = False  # the blocks are dense
+        # a point well inside the cone matters more than the last digits of the objective
+        settings.tol_gap_abs = settings.tol_gap_rel = 1e-6
         goal = -self._padded(self._goal[None])[0, 1:]
         found = clarabel.DefaultSolver(
             sparse.csc_matrix((self.size, self.size)),
@@ -208,7 +211,7 @@ class SosProgram:
     def _inequality_rows(self) -> tuple[sparse.csr_matrix, NDArray[np.float64]]:
         if not self._rows:
             return sparse.csr_matrix((0, self.size)), np.zeros(0)
-        rows = np.array([self._padded(form[None])[0] for form in self._rows])
+        rows = np.concatenate([self._padded(forms) for forms in self._rows])
         return -sparse.csr_matrix(rows[:, 1:]), rows[:, 0]
 
 

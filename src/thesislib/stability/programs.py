@@ -204,7 +204,7 @@ def _trace(V: Polynomial) -> NDArray[np.float64]:
     return form
 
 
-def level_of(field: Field, V: Polynomial, rays: int = 720) -> float:
+def level_of(field: Field, V: Polynomial, rays: int = 480) -> float:
     """Return the level at which V stops falling, by samples along rays: an upper bound of gamma."""
     from thesislib.stability.rays import Rays
 

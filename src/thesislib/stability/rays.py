@@ -16,7 +16,7 @@ from thesislib.stability.bivariate import Polynomial
 Array = NDArray[np.float64]
 
 _FARTHEST = 6.0  # in units of z: 1.5 rad of slip
-_RADII = np.linspace(0.0, _FARTHEST, 601)[1:]
+_RADII = np.linspace(0.0, _FARTHEST, 301)[1:]
 
 
 class Rays:
