@@ -20,6 +20,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from thesislib.stability.alternation import containment
 from thesislib.stability.bivariate import Polynomial, exponents_between
 from thesislib.stability.certificates import Certificate, Containment, certify, inner_basis
 from thesislib.stability.checking import CertificateError
@@ -44,10 +45,10 @@ Array = NDArray[np.float64]
 
 _LOG = logging.getLogger(__name__)
 
-_BACK_OFFS = (1e-3, 4e-3, 1.5e-2)  # below the sampled level; the first that is certified counts
+_BACK_OFFS = (3e-4, 2e-3, 1.5e-2)  # below the sampled level; the first that is certified counts
 _TRUST, _LARGEST_TRUST, _SMALLEST_TRUST = 0.3, 0.6, 0.02
-_GAIN = 1e-3  # relative, of a step that still counts
-_ROOM = 1e-6  # slack that a joint step has to leave: it is lost again in the product of both changes
+_AREA_GAIN, _BETA_GAIN = 1e-3, 1e-4  # relative, of a step that still counts
+_ROOM, _LARGEST_ROOM = 1e-5, 1e-2  # slack that a joint step has to leave; ten times more after a refusal
 
 
 @dataclass(frozen=True)
@@ -135,6 +136,8 @@ class Ascent:
     multiplier_degree: int = 2
     longest: float = 60.0
     programs: int = 0
+    room: float = _ROOM
+    refused: bool = False
     started: float = field(default_factory=time.process_time)
 
     @property
@@ -149,6 +152,7 @@ class Ascent:
 
     def accept(self, V: Polynomial, least: float) -> Region | None:
         """Return the certified region of a V divided by its level, or None if it is not larger than `least`."""
+        self.refused = False
         level = min(level_of(each, V) for each in self.fields)
         if not np.isfinite(level):
             return None
@@ -164,11 +168,16 @@ class Ascent:
                     found.append(multiplier(each, scaled, multiplier_degree=self.multiplier_degree))
                     if found[-1].margin <= 0:
                         raise CertificateError("no multiplier")
-                inside = self.containment(scaled, size) if self.goal.shape is not None else None
+                inside = None
+                if self.goal.shape is not None:
+                    self.programs += 1
+                    inside = containment(scaled, self.goal.shape, size, self.odd)
                 certificate = certify(
                     self.cars, scaled, found, inside, multiplier_degree=self.multiplier_degree
                 )
-            except (ProgramError, CertificateError, ValueError):
+            except (ProgramError, CertificateError, ValueError) as error:
+                _LOG.debug("refused %.4f: %s", size, error)
+                self.refused = True
                 continue
             seconds = time.process_time() - self.started
             return Region(
@@ -181,28 +190,9 @@ class Ascent:
         rays = self._rays(720)
         points = rays.points(rays.boundary(V))
         if self.goal.shape is not None:
-            return float(self.goal.shape(*points.T).min()) * (1 - 1e-5)
+            return float(self.goal.shape(*points.T).min()) * (1 - 1e-4)
         assert self.goal.window is not None
         return self.goal.window.area(points)
-
-    def containment(self, V: Polynomial, beta: float) -> Containment:
-        """Return the q_1 with the largest slack in (7.29)."""
-        shape = self.goal.shape
-        assert shape is not None
-        blocks = self._inner_blocks(V.degree)
-        program = SosProgram(f"beta step, deg V = {V.degree}")
-        q_1 = program.sum_of_squares("q_1", blocks)
-        t = program.unknown()
-        basis = inner_basis(V.degree, self.odd)
-        program.require_sum_of_squares(
-            "inside", (shape - beta) * q_1 - (V - 1.0) - slack(basis) * t, basis
-        )
-        program.maximise(t(0.0, 0.0))
-        self.programs += 1
-        found = program.solve()
-        if found.objective < 0:
-            raise ProgramError(f"{program.name}: {{s <= {beta:.6g}}} is not inside.")
-        return Containment(shape, beta, blocks, found.grams["q_1"])
 
     def step(self, region: Region, degree: int, trust: float) -> Polynomial:
         """Return the V of one joint step from a certified region."""
@@ -217,7 +207,7 @@ class Ascent:
             left = falling(each, region.V, q_2) + each.floats[2] * q_old * (V - region.V)
             left = left - rise(each, V - region.V)
             program.require_sum_of_squares(
-                f"falling of {number}", left - slack(basis.falling) * _ROOM, basis.falling
+                f"falling of {number}", left - slack(basis.falling) * self.room, basis.falling
             )
         rays = self._rays(240)
         radius = rays.boundary(region.V)
@@ -227,7 +217,7 @@ class Ascent:
         if self.stiff is not None:
             program.require_positive_semidefinite(_falling_near_origin(V, self.stiff))
         if self.goal.shape is not None:
-            self._aim_at_beta(program, V, region)
+            self._aim_at_beta(program, V, region, degree)
         else:
             program.maximise(-(self._weights(region.V, rays, radius, points) @ values))
         self.programs += 1
@@ -248,20 +238,15 @@ class Ascent:
         turn = (np.pi if rays.half else 2 * np.pi) / len(radius)
         return np.asarray(np.where(inside, radius / np.maximum(slope, 1e-6) * turn, 0.0))
 
-    def _aim_at_beta(self, program: SosProgram, V: Polynomial, region: Region) -> None:
+    def _aim_at_beta(self, program: SosProgram, V: Polynomial, region: Region, degree: int) -> None:
         """Require (7.29), linearised in q_1 and beta, and maximise beta."""
         shape, old = self.goal.shape, region.containment
         assert shape is not None and old is not None
-        blocks = self._inner_blocks(V.degree)
-        q_1 = program.sum_of_squares("q_1", blocks)
+        q_1 = program.sum_of_squares("q_1", inner_basis(max(degree - shape.degree, 0), self.odd))
         beta = program.unknown()
         left = (shape - old.beta) * q_1 - square(old.blocks, old.grams) * (beta - old.beta) - (V - 1.0)
-        program.require_sum_of_squares("inside", left, inner_basis(V.degree, self.odd))
+        program.require_sum_of_squares("inside", left, inner_basis(max(degree, shape.degree), self.odd))
         program.maximise(beta(0.0, 0.0))
-
-    def _inner_blocks(self, degree: int) -> tuple[tuple[tuple[int, int], ...], ...]:
-        assert self.goal.shape is not None
-        return inner_basis(max(degree - self.goal.shape.degree, 0), self.odd)
 
     def _rays(self, count: int) -> Rays:
         return Rays(count // 2 if self.odd else count, half=self.odd)
@@ -269,18 +254,23 @@ class Ascent:
     def run(self, start: Region, degree: int, steps: int = 60) -> Region:
         """Return the region that steps from `start` lead to, in V of a degree."""
         best, trust, idle = start, _TRUST, 0
-        history = [start.size]
+        history, gain = [start.size], _AREA_GAIN if self.goal.shape is None else _BETA_GAIN
         while trust >= _SMALLEST_TRUST and idle < 2 and len(history) <= steps:
             if time.process_time() - self.started > self.longest:
                 break
             try:
                 found = self.accept(self.step(best, degree, trust), best.size * (1 + 1e-6))
-            except (ProgramError, ValueError):
+            except (ProgramError, ValueError) as error:
+                _LOG.debug("no step: %s", error)
                 found = None
             if found is None:
-                trust *= 0.4
+                _LOG.debug("degree %d: trust %.3f does not help", degree, trust)
+                if self.refused and self.room < _LARGEST_ROOM:
+                    self.room *= 10.0
+                else:
+                    trust *= 0.4
                 continue
-            idle = idle + 1 if found.size < best.size * (1 + _GAIN) else 0
+            idle = idle + 1 if found.size < best.size * (1 + gain) else 0
             trust = min(1.5 * trust, _LARGEST_TRUST)
             best = found
             history.append(best.size)

@@ -28,7 +28,7 @@ from thesislib.stability.checking import CertificateError, Verdict
 from thesislib.stability.fields import SCALE, TIME_UNIT, ExactCar, exact, to_floats
 from thesislib.stability.gram import Basis, products, split_by_parity, square
 from thesislib.stability.program import ProgramError, SosProgram
-from thesislib.stability.programs import EPSILON, Multiplier, bases
+from thesislib.stability.programs import EPSILON, Multiplier, bases, slack
 
 Grams = Sequence[NDArray[np.float64]]
 
@@ -137,7 +137,7 @@ def certify(
         q_1 = square(containment.blocks, q_grams)
         shape, beta = _exactly(containment.shape), fmpq(*float(containment.beta).as_integer_ratio())
         left = q_1 * (shape - beta) - below
-        inner = inner_basis(V.degree, cars[0].field.odd)
+        inner = inner_basis(max(V.degree, shape.degree), cars[0].field.odd)
         document["contains"] = {
             "shape": [[i, j, _text(value)] for (i, j), value in shape.terms()],
             "beta": _text(beta),
@@ -180,17 +180,15 @@ def _largest_slack(
 ) -> Grams:
     program = SosProgram(f"exact Gram matrix of {name}")
     t = program.unknown()
-    lift = Polynomial.from_terms(
-        {(2 * i, 2 * j): w**2 for block, ws in zip(blocks, weights, strict=True) for (i, j), w in zip(block, ws, strict=True)}
-    )
-    program.require_sum_of_squares(name, polynomial - lift * t, blocks, weights)
+    program.require_sum_of_squares(name, polynomial - slack(blocks) * t, blocks, weights)
     program.maximise(t(0.0, 0.0))
     try:
         found = program.solve()
     except ProgramError as error:
         raise CertificateError(f"The certificate fails: {error}") from error
     return [
-        gram + found.objective * np.diag(w**2) for gram, w in zip(found.grams[name], weights, strict=True)
+        gram + found.objective * np.diag([0.25 ** sum(e) for e in block])
+        for gram, block in zip(found.grams[name], blocks, strict=True)
     ]
 
 

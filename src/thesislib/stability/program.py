@@ -206,7 +206,11 @@ class SosProgram:
                 for index in np.nonzero(form[1:])[0]:
                     row.append(here), column.append(int(index)), value.append(-form[1 + index])
                 known.append(form[0])
-        return sparse.csr_matrix((value, (row, column)), (len(known), self.size)), np.array(known)
+        rows = sparse.csr_matrix((value, (row, column)), (len(known), self.size))
+        # coefficients of high and of low monomials differ by many orders of magnitude
+        largest = abs(rows).max(axis=1).toarray().ravel()
+        each = 1.0 / np.where(largest > 0, largest, 1.0)
+        return sparse.diags_array(each) @ rows, np.array(known) * each
 
     def _inequality_rows(self) -> tuple[sparse.csr_matrix, NDArray[np.float64]]:
         if not self._rows:
