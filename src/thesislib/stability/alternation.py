@@ -73,7 +73,6 @@ def alternate(
     *,
     rounds: int = 25,
     improvement: float = 1e-3,
-    longest: float = 30.0,
 ) -> Alternation:
     """Return what Algorithm 7.1 makes of V_lin.
 
@@ -90,8 +89,6 @@ def alternate(
         Largest number of rounds.
     improvement : float
         Relative growth of beta below which the algorithm ends, two rounds in a row.
-    longest : float
-        Process time in s after which no round is begun.
 
     Raises
     ------
@@ -102,7 +99,7 @@ def alternate(
     search = _Search(car, shape)
     V, history, idle = linear_lyapunov(car.field, to_state), [0.0], 0
     best: tuple[Polynomial, float] | None = None
-    while len(history) <= rounds and idle < 2 and time.process_time() - started < longest:
+    while len(history) <= rounds and idle < 2:
         try:
             V, q_2 = search.gamma_step(V)
             beta, q_1 = search.beta_step(V)

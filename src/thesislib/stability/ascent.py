@@ -32,7 +32,9 @@ from thesislib.stability.programs import (
     PHI,
     Multiplier,
     bases,
+    common_lyapunov,
     falling,
+    falling_near_origin,
     level_of,
     linear_lyapunov,
     multiplier,
@@ -99,7 +101,7 @@ class Region:
     containment: Containment | None = None
     history: tuple[float, ...] = ()
 
-    def boundary(self, to_state: Array, trim: Array, rays: int = 720) -> Array:
+    def boundary(self, to_state: Array, trim: Array, rays: int = 720, level: float = 1.0) -> Array:
         """Return the boundary as states (v, omega), shape (rays, 2).
 
         Parameters
@@ -107,9 +109,12 @@ class Region:
         to_state : array, shape (2, 2)
             (v, omega) - trim = to_state @ z.
         trim : array, shape (2,)
+        rays : int
+        level : float
+            Of V, if not that of the region.
         """
         turn = Rays(rays)
-        return np.asarray(turn.points(turn.boundary(self.V)) @ to_state.T + trim)
+        return np.asarray(turn.points(turn.boundary(self.V, level)) @ to_state.T + trim)
 
 
 @dataclass
@@ -126,15 +131,15 @@ class Ascent:
         `_MARGIN`: that of the tyre behind the fit, whose slope at zero the fit misses.
     multiplier_degree : int
         Degree of q_2.
-    longest : float
-        Process time in s after which no further step is begun.
+    steps : int
+        Joint steps at most, for one degree of V.
     """
 
     cars: tuple[ExactCar, ...]
     goal: Goal
     stiff: Array | None = None
     multiplier_degree: int = 2
-    longest: float = 60.0
+    steps: int = 40
     programs: int = 0
     room: float = _ROOM
     refused: bool = False
@@ -156,6 +161,7 @@ class Ascent:
         level = min(level_of(each, V) for each in self.fields)
         if not np.isfinite(level):
             return None
+        size = np.nan
         for back_off in _BACK_OFFS:
             scaled = V * (1 / (level * (1 - back_off)))
             try:
@@ -180,9 +186,7 @@ class Ascent:
                 self.refused = True
                 continue
             seconds = time.process_time() - self.started
-            return Region(
-                self.cars, scaled, certificate, tuple(found), size, self.programs, seconds, inside
-            )
+            return Region(self.cars, scaled, certificate, tuple(found), size, self.programs, seconds, inside)
         return None
 
     def size(self, V: Polynomial) -> float:
@@ -215,7 +219,8 @@ class Ascent:
         values = V(*points.T)
         self._hold(program, values, trust)
         if self.stiff is not None:
-            program.require_positive_semidefinite(_falling_near_origin(V, self.stiff))
+            margin = Polynomial(np.array([[_MARGIN]]))
+            program.require_positive_semidefinite(falling_near_origin(V, self.stiff, margin))
         if self.goal.shape is not None:
             self._aim_at_beta(program, V, region, degree)
         else:
@@ -231,7 +236,9 @@ class Ascent:
 
     def _weights(self, V: Polynomial, rays: Rays, radius: Array, points: Array) -> Array:
         """Return how much area each unit of V on the boundary costs, at points inside the window."""
-        slope = (V.derivative(0)(*points.T) * points[:, 0] + V.derivative(1)(*points.T) * points[:, 1]) / radius
+        slope = (
+            V.derivative(0)(*points.T) * points[:, 0] + V.derivative(1)(*points.T) * points[:, 1]
+        ) / radius
         inside = np.ones(len(points), bool)
         if self.goal.window is not None:
             inside = self.goal.window.contains(points)
@@ -251,13 +258,13 @@ class Ascent:
     def _rays(self, count: int) -> Rays:
         return Rays(count // 2 if self.odd else count, half=self.odd)
 
-    def run(self, start: Region, degree: int, steps: int = 60) -> Region:
+    def run(self, start: Region, degree: int) -> Region:
         """Return the region that steps from `start` lead to, in V of a degree."""
         best, trust, idle = start, _TRUST, 0
         history, gain = [start.size], _AREA_GAIN if self.goal.shape is None else _BETA_GAIN
-        while trust >= _SMALLEST_TRUST and idle < 2 and len(history) <= steps:
-            if time.process_time() - self.started > self.longest:
-                break
+        attempts = 0
+        while trust >= _SMALLEST_TRUST and idle < 2 and attempts < self.steps:
+            attempts += 1
             try:
                 found = self.accept(self.step(best, degree, trust), best.size * (1 + 1e-6))
             except (ProgramError, ValueError) as error:
@@ -277,25 +284,19 @@ class Ascent:
             _LOG.debug("degree %d: %.4f, trust %.3f", degree, best.size, trust)
         seconds = time.process_time() - self.started
         return Region(
-            best.cars, best.V, best.certificate, best.multipliers, best.size, self.programs, seconds,
-            best.containment, tuple(history),
+            best.cars,
+            best.V,
+            best.certificate,
+            best.multipliers,
+            best.size,
+            self.programs,
+            seconds,
+            best.containment,
+            tuple(history),
         )
 
 
 _MARGIN = 0.3  # 1/s, times the unit of V: how fast V falls near the origin along `Ascent.stiff`
-
-
-def _falling_near_origin(V: Polynomial, A: Array) -> Array:
-    """Return -(A'P + PA) - margin I as affine forms, P being the quadratic part of V."""
-    size = V.coefficients.shape[2]
-    P = np.zeros((2, 2, size))
-    P[0, 0], P[1, 1] = V.coefficients[2, 0], V.coefficients[0, 2]
-    P[0, 1] = P[1, 0] = V.coefficients[1, 1] / 2
-    product = np.einsum("ki,kjs->ijs", A, P)
-    matrix = -(product + product.transpose(1, 0, 2))
-    matrix[0, 0, 0] -= _MARGIN
-    matrix[1, 1, 0] -= _MARGIN
-    return matrix
 
 
 def ascend(
@@ -305,11 +306,12 @@ def ascend(
     to_state: Array,
     *,
     stiff: Array | None = None,
-    longest: float = 60.0,
+    steps: int = 40,
 ) -> dict[int, Region]:
     """Return the largest regions found, for each degree of V in turn.
 
-    The first begins with V_lin of (7.37), each next one with the one before.
+    The first begins with V_lin of (7.37) or, for several cars, with the quadratic V that suits all near the origin;
+    each next one with the one before.
 
     Parameters
     ----------
@@ -322,21 +324,23 @@ def ascend(
         (v, omega) = trim + to_state @ z.
     stiff : array, optional
         See `Ascent`.
-    longest : float
-        Process time for each degree, s.
+    steps : int
+        Joint steps at most for each degree.
 
     Raises
     ------
     ProgramError
-        If no level set of V_lin can be certified.
+        If no level set of the first V can be certified.
     """
-    search = Ascent(tuple(cars), goal, stiff, longest=longest)
-    region = search.accept(linear_lyapunov(cars[0].field, to_state), 0.0)
+    search = Ascent(tuple(cars), goal, stiff, steps=steps)
+    first = search.fields
+    V = linear_lyapunov(first[0], to_state) if len(first) == 1 else common_lyapunov(first)
+    region = search.accept(V, 0.0)
     if region is None:
-        raise ProgramError("No level set of V_lin (7.37) can be certified: no region to begin with.")
+        raise ProgramError("No level set of the first quadratic V can be certified: no region to begin with.")
     found = {}
     for degree in degrees:
-        search = Ascent(tuple(cars), goal, stiff, longest=longest)
+        search = Ascent(tuple(cars), goal, stiff, steps=steps)
         region = search.run(region, degree)
         found[degree] = region
     return found
@@ -350,3 +354,31 @@ def scaled_window(window: Window, to_state: Array, trim: Array) -> Window:
 def scaling(car_matrix: Array) -> Array:
     """Return to_state: (v, omega) - trim = to_state @ z."""
     return np.asarray(np.linalg.inv(car_matrix) * float(SCALE))
+
+
+def ascend_beta(
+    car: ExactCar, degrees: Sequence[int], shape: Polynomial, to_state: Array
+) -> dict[int, Region]:
+    """Return the regions with the largest {s <= beta} inside, for rising degrees of V.
+
+    From degree 4 on a q_2 of degree 4 follows one of degree 2: it costs more and gains a half per cent.
+
+    Raises
+    ------
+    ProgramError
+        If no level set of V_lin can be certified.
+    """
+    goal, found = Goal(shape=shape), {}
+    region = Ascent((car,), goal).accept(linear_lyapunov(car.field, to_state), 0.0)
+    if region is None:
+        raise ProgramError("No level set of V_lin (7.37) can be certified: no region to begin with.")
+    multiplier_degree = 2
+    for degree in degrees:
+        region = Ascent((car,), goal, multiplier_degree=multiplier_degree).run(region, degree)
+        if degree >= 4 and multiplier_degree == 2:
+            multiplier_degree = 4
+            search = Ascent((car,), goal, multiplier_degree=multiplier_degree)
+            lifted = search.accept(region.V, 0.0)
+            region = region if lifted is None else search.run(lifted, degree)
+        found[degree] = region
+    return found

@@ -100,7 +100,9 @@ class Bicycle:
     def odd(self) -> bool:
         """Whether the motion to the right mirrors that to the left."""
         tyres = (self.front, self.rear)
-        return self.delta == 0.0 and all(isinstance(t, MagicFormula) or getattr(t, "odd", False) for t in tyres)
+        return self.delta == 0.0 and all(
+            isinstance(t, MagicFormula) or getattr(t, "odd", False) for t in tyres
+        )
 
     def to_slip(self, x: Any) -> Any:
         """Return (xi_f, xi_r) of states (..., 2)."""

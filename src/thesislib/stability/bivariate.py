@@ -112,8 +112,9 @@ class Polynomial:
     def __call__(self, x: Any, y: Any) -> Any:
         """Evaluate at points; of a polynomial with unknowns, the affine form's coefficients at each point."""
         if self.affine:
-            monomials = _powers(x, self.coefficients.shape[0])[:, :, None] * (
-                _powers(y, self.coefficients.shape[1])[:, None, :]
+            monomials = (
+                _powers(x, self.coefficients.shape[0])[:, :, None]
+                * (_powers(y, self.coefficients.shape[1])[:, None, :])
             )
             return np.tensordot(monomials, self.coefficients, axes=([1, 2], [0, 1]))
         return np.polynomial.polynomial.polyval2d(x, y, self.coefficients)
@@ -123,9 +124,7 @@ class Polynomial:
         if not self.affine:
             return self
         known = self.coefficients[..., 0]
-        return Polynomial(
-            known + self.coefficients[..., 1:] @ unknowns[: self.coefficients.shape[2] - 1]
-        )
+        return Polynomial(known + self.coefficients[..., 1:] @ unknowns[: self.coefficients.shape[2] - 1])
 
 
 def _powers(x: Any, count: int) -> NDArray[np.float64]:

@@ -72,14 +72,14 @@ class Certificate:
     @cached_property
     def V(self) -> Polynomial:
         """V in z, with floats that are exactly the certificate's numbers."""
-        return Polynomial.from_terms(
-            {(i, j): float(Fraction(value)) for i, j, value in self.document["V"]}
-        )
+        return Polynomial.from_terms({(i, j): float(Fraction(value)) for i, j, value in self.document["V"]})
 
     def save(self, path: str | Path) -> Path:
         """Write the JSON file and return its path."""
         path = Path(path)
-        provenance.write_atomically(path, json.dumps(self.document, indent=None, separators=(",", ":")) + "\n")
+        provenance.write_atomically(
+            path, json.dumps(self.document, indent=None, separators=(",", ":")) + "\n"
+        )
         return path
 
 
@@ -152,9 +152,7 @@ def inner_basis(degree: int, even: bool) -> tuple[Basis, ...]:
     return split_by_parity(exponents_between(0, degree // 2), even)
 
 
-def _proof(
-    name: str, polynomial: Polynomial, blocks: Sequence[Basis], grams: Grams | None
-) -> dict[str, Any]:
+def _proof(name: str, polynomial: Polynomial, blocks: Sequence[Basis], grams: Grams | None) -> dict[str, Any]:
     """Return bases and exact Gram matrices of a polynomial with exact coefficients."""
     if grams is not None:
         found = _completed(polynomial, blocks, grams)
@@ -192,9 +190,7 @@ def _largest_slack(
     ]
 
 
-def _completed(
-    polynomial: Polynomial, blocks: Sequence[Basis], grams: Grams
-) -> list[NDArray[Any]]:
+def _completed(polynomial: Polynomial, blocks: Sequence[Basis], grams: Grams) -> list[NDArray[Any]]:
     """Return exact Gram matrices near `grams` that reproduce the polynomial."""
     matrices = [_rounded(gram) for gram in grams]
     missing = polynomial - square(blocks, matrices)
@@ -245,8 +241,7 @@ def _text(value: fmpq) -> str:
 
 def _car(car: ExactCar) -> dict[str, Any]:
     numbers: Mapping[str, Any] = {
-        name: str(getattr(car, name))
-        for name in ("mass", "I_z", "a", "b", "u_0", "delta", "acceleration")
+        name: str(getattr(car, name)) for name in ("mass", "I_z", "a", "b", "u_0", "delta", "acceleration")
     }
     axles = {
         name: {

@@ -100,13 +100,13 @@ def check(document: Any) -> Verdict:
     except CertificateError:
         raise
     except (KeyError, TypeError, ValueError, IndexError, ZeroDivisionError, AttributeError) as error:
-        raise CertificateError(
-            f"The certificate is malformed: {type(error).__name__}: {error}."
-        ) from error
+        raise CertificateError(f"The certificate is malformed: {type(error).__name__}: {error}.") from error
 
 
 def _check(document: Mapping[str, Any]) -> Verdict:
-    scale, time_unit, epsilon, gamma = (_number(document[k]) for k in ("scale", "time_unit", "epsilon", "gamma"))
+    scale, time_unit, epsilon, gamma = (
+        _number(document[k]) for k in ("scale", "time_unit", "epsilon", "gamma")
+    )
     _require(min(scale, time_unit, epsilon, gamma) > 0, "scale, time unit, epsilon and gamma are positive")
     V = _terms(document["V"])
     _require(all(sum(e) >= 2 for e in V), "V has neither a constant nor linear terms")
@@ -130,9 +130,7 @@ def _check(document: Mapping[str, Any]) -> Verdict:
         q_1 = _sum_of_squares("q_1", inside["multiplier"])
         shape = _add(_terms(inside["shape"]), {(0, 0): fmpq(1)}, -beta)
         _require_sum_of_squares("(7.29)", _add(_multiply(q_1, shape), below, fmpq(-1)), inside)
-    return Verdict(
-        max(map(sum, V)), len(cars), _float(gamma), None if beta is None else _float(beta)
-    )
+    return Verdict(max(map(sum, V)), len(cars), _float(gamma), None if beta is None else _float(beta))
 
 
 def _field(car: Mapping[str, Any], scale: fmpq, time_unit: fmpq) -> tuple[Terms, Terms, Terms]:

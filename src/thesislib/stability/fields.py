@@ -189,7 +189,9 @@ def exact(value: Fraction) -> fmpq:
 
 def to_floats(p: Polynomial) -> Polynomial:
     """Return a polynomial with the nearest floats as coefficients."""
-    as_float = np.vectorize(lambda c: int(c.p) / int(c.q) if isinstance(c, fmpq) else float(c), otypes=[float])
+    as_float = np.vectorize(
+        lambda c: int(c.p) / int(c.q) if isinstance(c, fmpq) else float(c), otypes=[float]
+    )
     return Polynomial(as_float(p.coefficients))
 
 

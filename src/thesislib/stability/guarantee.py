@@ -216,9 +216,7 @@ class _Search:
         self.c = [[_bounds([c]) for c in row] for row in (c_f, c_r)]
         self.turn = _bounds([turn])
         self.first = (V.derivative(0), V.derivative(1))
-        self.second = {
-            (i, j): self.first[i].derivative(j) for i in (0, 1) for j in (0, 1)
-        }
+        self.second = {(i, j): self.first[i].derivative(j) for i in (0, 1) for j in (0, 1)}
 
     def run(self) -> str:
         """Return an empty text if V falls on {V <= level}, or why that is not shown."""
@@ -245,7 +243,10 @@ class _Search:
         """Return a half-width in rad, a power of two times 1/8, on whose edges V exceeds the level."""
         for width in (0.125, 0.25, 0.375, 0.5, 0.75, 1.0, 1.5, 2.0):
             ends = np.linspace(-width, width, 8193) / _D
-            edge, half = Interval(ends[:-1], ends[1:]), Interval(*(np.array([s * ends[-1] / 8192]) for s in (-1, 1)))
+            edge, half = (
+                Interval(ends[:-1], ends[1:]),
+                Interval(*(np.array([s * ends[-1] / 8192]) for s in (-1, 1))),
+            )
             middle = Interval.exactly((ends[1:] + ends[:-1]) / 2)
             bounds = []
             for side in (-width / _D, width / _D):
@@ -263,18 +264,14 @@ class _Search:
         H = {key: enclose(p, box, box) for key, p in self.second.items()}
         slopes = [_bounds([axle.slope(axle.trim + arb(0, radius))]) for axle in self.axles]
         A = self._jacobian(slopes)
-        product = {
-            (i, j): H[i, 0] * A[0][j] + H[i, 1] * A[1][j] for i in (0, 1) for j in (0, 1)
-        }
+        product = {(i, j): H[i, 0] * A[0][j] + H[i, 1] * A[1][j] for i in (0, 1) for j in (0, 1)}
         n_11, n_22 = -product[0, 0], -product[1, 1]
         n_12 = (product[0, 1] + product[1, 0]) * -0.5
         determinant = n_11 * n_22 - n_12 * n_12
         return bool(n_11.low[0] > 0 and determinant.low[0] > 0)
 
     def _jacobian(self, slopes: list[Interval]) -> list[list[Interval]]:
-        return [
-            [self.c[i][0] * slopes[0] - self.turn, self.c[i][1] * slopes[1] + self.turn] for i in (0, 1)
-        ]
+        return [[self.c[i][0] * slopes[0] - self.turn, self.c[i][1] * slopes[1] + self.turn] for i in (0, 1)]
 
     def _undecided(self, i: NDArray[np.int64], j: NDArray[np.int64], size: float, inner: float) -> Array:
         """Return which cells [i, i+1] x [j, j+1] times size are not settled."""

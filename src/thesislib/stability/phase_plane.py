@@ -18,7 +18,9 @@ from thesislib.stability.bicycle import Bicycle
 
 Points = NDArray[np.float64]
 
-_OFFSET = 1e-6  # of a manifold's first point from its saddle, in slip coordinates: its curvature enters squared
+_OFFSET = (
+    1e-6  # of a manifold's first point from its saddle, in slip coordinates: its curvature enters squared
+)
 _BETWEEN = 30  # points of a manifold for each step of the integrator
 _FAR = 1.6  # rad: a manifold is followed until a slip is this large
 
@@ -153,9 +155,7 @@ def true_region(car: Bicycle) -> TrueRegion:
     pair = np.array([left[-1], right[0]])
     first, second = (stable_manifold(car, saddle) for saddle in pair)
     # joined the wrong way round, the polygon crosses itself and its two halves cancel
-    joined = max(
-        (np.concatenate([first, end]) for end in (second, second[::-1])), key=polygon_area
-    )
+    joined = max((np.concatenate([first, end]) for end in (second, second[::-1])), key=polygon_area)
     return TrueRegion(car, trim, pair, (first, second), joined)
 
 

@@ -149,11 +149,13 @@ class SosProgram:
         cones += [clarabel.PSDTriangleConeT(n) for _, n in grams]
         parts, bounds = [equalities, inequalities, selection], [known, least, np.zeros(len(chosen))]
         for matrix in self._matrices:
-            rows = np.array([
-                matrix[a, b] * (1.0 if a == b else math.sqrt(2.0))
-                for b in range(len(matrix))
-                for a in range(b + 1)
-            ])
+            rows = np.array(
+                [
+                    matrix[a, b] * (1.0 if a == b else math.sqrt(2.0))
+                    for b in range(len(matrix))
+                    for a in range(b + 1)
+                ]
+            )
             parts.append(-sparse.csr_matrix(self._padded(rows)[:, 1:]))
             bounds.append(rows[:, 0])
             cones.append(clarabel.PSDTriangleConeT(len(matrix)))
@@ -178,9 +180,7 @@ class SosProgram:
         x = np.asarray(found.x)
         matrices = {name: [_matrix(x[p], n) for p, n in places] for name, places in self._cones}
         for name, weights in self._weights.items():
-            matrices[name] = [
-                gram * np.outer(w, w) for gram, w in zip(matrices[name], weights, strict=True)
-            ]
+            matrices[name] = [gram * np.outer(w, w) for gram, w in zip(matrices[name], weights, strict=True)]
         return Solution(x, matrices, float(-goal @ x + self._goal[0]), int(found.iterations))
 
     def _padded(self, rows: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -17,6 +17,7 @@ from thesislib.stability.bivariate import Polynomial, exponents_between
 from thesislib.stability.fields import Field
 from thesislib.stability.gram import Basis, newton_basis, split_by_parity, square
 from thesislib.stability.program import ProgramError, SosProgram
+from thesislib.stability.rays import Rays
 
 EPSILON = 2.0**-13
 """Weight of phi_1 and phi_2 (7.22), about 1.2e-4."""
@@ -85,9 +86,7 @@ def falling(field: Field, V: Polynomial, q_2: Polynomial, *, level: float = 1.0)
 
 def slack(blocks: Sequence[Basis]) -> Polynomial:
     """Return the sum of (z/2)^(2m) over the basis: what a constraint is moved by to have an interior."""
-    return Polynomial.from_terms(
-        {(2 * i, 2 * j): 0.25 ** (i + j) for block in blocks for i, j in block}
-    )
+    return Polynomial.from_terms({(2 * i, 2 * j): 0.25 ** (i + j) for block in blocks for i, j in block})
 
 
 @dataclass(frozen=True)
@@ -128,8 +127,10 @@ def multiplier(field: Field, V: Polynomial, *, level: float = 1.0, multiplier_de
     program.require_sum_of_squares(
         "falling", falling(field, V, q_2, level=level) - slack(basis.falling) * t, basis.falling
     )
-    # a slack without bound is possible where q_2 may grow without bound
-    program.require_nonnegative(1.0 - t(0.0, 0.0)[0])
+    # where q_2 may grow without bound, so may the slack
+    bound = -t(0.0, 0.0)[0]
+    bound[0] += 1.0
+    program.require_nonnegative(bound)
     program.maximise(t(0.0, 0.0))
     found = program.solve()
     margin = found.objective
@@ -151,6 +152,49 @@ def linear_lyapunov(field: Field, to_state: NDArray[np.float64]) -> Polynomial:
     """
     P = solve_continuous_lyapunov(field.jacobian.T, -to_state.T @ to_state)
     return quadratic(P)
+
+
+def common_lyapunov(fields: Sequence[Field]) -> Polynomial:
+    """Return the quadratic V that falls fastest near the origin along all fields, its slowest counted.
+
+    Raises
+    ------
+    ProgramError
+        If no quadratic V falls along all of them.
+    """
+    program = SosProgram("common quadratic V")
+    V = program.polynomial([(2, 0), (1, 1), (0, 2)])
+    t = program.unknown()
+    program.require_nonnegative(np.eye(1, V.coefficients.shape[2])[0] - _trace(V))
+    program.require_sum_of_squares("positive", V - PHI, [((1, 0), (0, 1))])
+    for field in fields:
+        program.require_positive_semidefinite(falling_near_origin(V, field.jacobian, t))
+    program.maximise(t(0.0, 0.0))
+    found = program.solve()
+    if found.objective <= 0:
+        raise ProgramError(f"No quadratic V falls near the origin along all {len(fields)} fields.")
+    return V.value_at(found.unknowns)
+
+
+def falling_near_origin(V: Polynomial, A: NDArray[np.float64], margin: Polynomial) -> NDArray[np.float64]:
+    """Return -(A'P + PA) - margin I as affine forms, P being the quadratic part of V.
+
+    Parameters
+    ----------
+    V : Polynomial
+        With unknown coefficients.
+    A : array, shape (2, 2)
+    margin : Polynomial
+        A constant, known or unknown.
+    """
+    c, m = V.coefficients, margin.coefficients.reshape(-1)
+    P = np.zeros((2, 2, max(c.shape[2], len(m))))
+    P[0, 0, : c.shape[2]], P[1, 1, : c.shape[2]] = c[2, 0], c[0, 2]
+    P[0, 1, : c.shape[2]] = P[1, 0, : c.shape[2]] = c[1, 1] / 2
+    product = np.einsum("ki,kjs->ijs", A, P)
+    matrix = -(product + product.transpose(1, 0, 2))
+    matrix[[0, 1], [0, 1], : len(m)] -= m
+    return np.asarray(matrix)
 
 
 def quadratic(P: NDArray[np.float64]) -> Polynomial:
@@ -187,7 +231,7 @@ def local_lyapunov(field: Field, g: Polynomial, *, degree: int = 2) -> Polynomia
         "falling", d * g * q - rise(field, V) - d * PHI - slack(basis.falling) * t, basis.falling
     )
     # V may be multiplied by any number: its largest slack is asked for at a trace of one
-    program.require_nonnegative(np.array([1.0 - _trace(V)])[0])
+    program.require_nonnegative(np.eye(1, V.coefficients.shape[2])[0] - _trace(V))
     program.maximise(t(0.0, 0.0))
     found = program.solve()
     if found.objective < 0:
@@ -199,13 +243,11 @@ def local_lyapunov(field: Field, g: Polynomial, *, degree: int = 2) -> Polynomia
 
 
 def _trace(V: Polynomial) -> NDArray[np.float64]:
-    """Return the sum of the coefficients of z_1² and z_2² as an affine form, minus its constant."""
+    """Return the sum of the coefficients of z_1² and z_2² as an affine form."""
     form: NDArray[np.float64] = V.coefficients[2, 0] + V.coefficients[0, 2]
     return form
 
 
 def level_of(field: Field, V: Polynomial, rays: int = 480) -> float:
     """Return the level at which V stops falling, by samples along rays: an upper bound of gamma."""
-    from thesislib.stability.rays import Rays
-
     return Rays(rays // 2 if field.odd else rays, half=field.odd).lowest_level(V, rise(field, V))

@@ -66,7 +66,9 @@ class Rays:
         first = np.argmax(excess > 0, axis=1)
         rays = np.arange(len(first))
         before = np.where(first > 0, excess[rays, first - 1], -level)
-        radius = _RADII[first] - (_RADII[1] - _RADII[0]) * excess[rays, first] / (excess[rays, first] - before)
+        radius = _RADII[first] - (_RADII[1] - _RADII[0]) * excess[rays, first] / (
+            excess[rays, first] - before
+        )
         coefficients = self.radial(V)
         powers = np.arange(coefficients.shape[1])
         for _ in range(3):  # Newton, from less than a hundredth away

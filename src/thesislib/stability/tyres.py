@@ -18,7 +18,9 @@ from thesislib.vehicles.parameters import ParameterSet
 FIT_RANGE = 0.7
 """Slip angles over which the fits are made, +- rad."""
 
-_DIGITS = 6  # of a fitted coefficient: the fit is then a model that can be quoted, and its errors are the same
+_DIGITS = (
+    6  # of a fitted coefficient: the fit is then a model that can be quoted, and its errors are the same
+)
 
 
 class Tyre(Protocol):
