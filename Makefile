@@ -42,9 +42,10 @@ lint: environment  ## Style, types, and which room imports which
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports
 
-bench: environment  ## Measure evaluations and a cold lap, side by side; `make bench KEEP=--keep` files the results
+bench: environment  ## Measure evaluations, a cold lap and sums of squares, side by side; `make bench KEEP=--keep` files the results
 	@$(BIN)/python benchmarks/evaluation.py $(KEEP)
 	@$(BIN)/python benchmarks/lap.py $(KEEP)
+	@$(BIN)/python benchmarks/stability.py $(KEEP)
 
 # Pins that are in the lock already are kept; `make lock UPGRADE=--upgrade` takes the newest.
 lock: environment  ## Resolve environment.in into environment-pip.txt

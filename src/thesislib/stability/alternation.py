@@ -1,8 +1,8 @@
 """Algorithm 7.1 of the thesis: gamma, beta and V in turns, each by a convex program.
 
 The gamma and the beta step are bisections. The V step asks for any V that satisfies (7.28) to (7.30); the
-algorithm does not say which. Here it is the one with the largest common slack, which leaves the next gamma step
-the most room.
+algorithm does not say which. Here it is the one with the largest common slack, which leaves the next gamma
+step the most room.
 """
 
 from __future__ import annotations
@@ -24,7 +24,6 @@ from thesislib.stability.programs import (
     PHI,
     Multiplier,
     bases,
-    falling,
     level_of,
     linear_lyapunov,
     multiplier,
@@ -183,7 +182,7 @@ class _Search:
         rays = Rays(720)
         for back_off in _BACK_OFFS:
             scaled = V * (1 / (1 - back_off))
-            beta = float(self.shape(*rays.points(rays.boundary(scaled)).T).min()) * (1 - 1e-5)
+            beta = float(self.shape(*rays.points(rays.boundary(scaled)).T).min()) * (1 - 1e-4)
             try:
                 found = multiplier(self.field, scaled)
                 inside = containment(scaled, self.shape, beta, self.even)

@@ -4,9 +4,9 @@
 
     q_2 (V - 1)  is replaced by  q_2 (V_k - 1) + q_k (V - V_k),
 
-which is affine in both. What is maximised is the linearised area inside a window, or beta of a shape function;
-a trust region holds |V - 1| on the old boundary. Each new V is divided by the level at which it stops
-falling, a little less, and accepted only if the larger set passes the exact check.
+which is affine in both. What is maximised is the linearised area inside a window, or beta of a shape
+function; a trust region holds |V - 1| on the old boundary. Each new V is divided by the level at which it
+stops falling, a little less, and accepted only if the larger set passes the exact check.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ import logging
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -127,8 +126,8 @@ class Ascent:
         One V for all of them.
     goal : Goal
     stiff : array, optional
-        A linearisation (2, 2), in z and per unit of time, along which V has to fall near the origin as well, by
-        `_MARGIN`: that of the tyre behind the fit, whose slope at zero the fit misses.
+        A linearisation (2, 2), in z and per unit of time, along which V has to fall near the origin as
+        well, by `_MARGIN`: that of the tyre behind the fit, whose slope at zero the fit misses.
     multiplier_degree : int
         Degree of q_2.
     steps : int
@@ -156,7 +155,7 @@ class Ascent:
         return all(each.odd for each in self.fields)
 
     def accept(self, V: Polynomial, least: float) -> Region | None:
-        """Return the certified region of a V divided by its level, or None if it is not larger than `least`."""
+        """Return the certified region of a V divided by its level; None if it is not larger than `least`."""
         self.refused = False
         level = min(level_of(each, V) for each in self.fields)
         if not np.isfinite(level):
@@ -310,8 +309,8 @@ def ascend(
 ) -> dict[int, Region]:
     """Return the largest regions found, for each degree of V in turn.
 
-    The first begins with V_lin of (7.37) or, for several cars, with the quadratic V that suits all near the origin;
-    each next one with the one before.
+    The first begins with V_lin of (7.37) or, for several cars, with the quadratic V that suits all near the
+    origin; each next one with the one before.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """The single-track car of section 7.2: lateral motion at constant speed, its equilibria, linear theory.
 
-State x = (v, omega): lateral speed in m/s and yaw rate in rad/s, SAE axes. Both tyre slips are functions of one
-combination each of the two,
+State x = (v, omega): lateral speed in m/s and yaw rate in rad/s, SAE axes. Both tyre slips are functions of
+one combination each of the two,
 
     xi_f = (v + a omega)/u_0,    xi_r = (v - b omega)/u_0,
 
@@ -82,9 +82,9 @@ class Bicycle:
         KeyError, TypeError, ValueError
             If a value has an unknown name, is no number or outside its range.
         """
-        numbers = ParameterSet.from_file(name).replace(**values).values
-        axles = {axle: MagicFormula.from_file(axle) for axle in ("front", "rear")}
-        car = cls(**numbers, **axles)
+        numbers: dict[str, Any] = ParameterSet.from_file(name).replace(**values).values
+        front, rear = MagicFormula.from_file("front"), MagicFormula.from_file("rear")
+        car = cls(**numbers, front=front, rear=rear)
         return car if tyres == "magic" else car.fitted()
 
     def fitted(self) -> Bicycle:
@@ -234,4 +234,5 @@ def linear_theory(car: Bicycle) -> LinearTheory:
 
 def comparison_car(tyre: RationalTyre) -> Bicycle:
     """Return the car of the literature comparison with this tyre on both axles."""
-    return Bicycle(**ParameterSet.from_file("comparison_car").values, front=tyre, rear=tyre)
+    numbers: dict[str, Any] = ParameterSet.from_file("comparison_car").values
+    return Bicycle(**numbers, front=tyre, rear=tyre)

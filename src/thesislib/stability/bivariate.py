@@ -62,7 +62,7 @@ class Polynomial:
         """Total degree; 0 for the zero polynomial."""
         return max((i + j for i, j in self.support), default=0)
 
-    def __add__(self, other: Polynomial | float) -> Polynomial:
+    def __add__(self, other: Any) -> Polynomial:
         if not isinstance(other, Polynomial):
             other = Polynomial(np.array([[other]]))
         left, right = self.coefficients, other.coefficients
@@ -81,7 +81,7 @@ class Polynomial:
     def __neg__(self) -> Polynomial:
         return Polynomial(-self.coefficients)
 
-    def __sub__(self, other: Polynomial | float) -> Polynomial:
+    def __sub__(self, other: Any) -> Polynomial:
         return self + (-other)
 
     def __mul__(self, other: Any) -> Polynomial:
@@ -90,8 +90,8 @@ class Polynomial:
         known, factor = (other, self) if self.affine else (self, other)
         if known.affine:
             raise TypeError("The product of two polynomials with unknowns is not affine in the unknowns.")
-        (I, J), (K, L) = known.coefficients.shape, factor.coefficients.shape[:2]
-        shape = (I + K - 1, J + L - 1, *factor.coefficients.shape[2:])
+        (rows, columns), (K, L) = known.coefficients.shape, factor.coefficients.shape[:2]
+        shape = (rows + K - 1, columns + L - 1, *factor.coefficients.shape[2:])
         product = np.zeros(shape, dtype=np.result_type(known.coefficients, factor.coefficients))
         for (i, j), value in known.terms():
             product[i : i + K, j : j + L] += value * factor.coefficients

@@ -194,7 +194,7 @@ def map_case(degree: int, steps: int, **numbers: float) -> dict[str, Any]:
 def corner_guarantee_case(degree: int, steps: int, **numbers: float) -> dict[str, Any]:
     """Compute a region in a corner and what of it is guaranteed for the Magic Formula: level 0 if nothing."""
     setting = Setting(**numbers)
-    truth, found = regions(setting, list(range(2, degree + 1, 2)), steps=steps)
+    _, found = regions(setting, list(range(2, degree + 1, 2)), steps=steps)
     try:
         level = guarantee(setting.magic(), found[degree].V).level
     except GuaranteeError as error:
@@ -302,6 +302,8 @@ def alternation_case(shape: str, highest: int, rounds: int, **numbers: float) ->
         try:
             found = alternate(exact, s, degree, to_state, rounds=rounds)
         except RuntimeError as error:
+            if degree == 2:
+                raise
             results["reason"] += f"degree {degree}: {error} "
             beta, turns = 0.0, 0
         else:
@@ -313,4 +315,6 @@ def alternation_case(shape: str, highest: int, rounds: int, **numbers: float) ->
         results["beta"].append(beta)
         results["rounds"].append(turns)
         results["ratio"].append(ratios(truth, boundary)[0])
-    return {key: np.array(value, float) if isinstance(value, list) else value for key, value in results.items()}
+    return {
+        key: np.array(value, float) if isinstance(value, list) else value for key, value in results.items()
+    }

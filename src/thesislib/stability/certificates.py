@@ -1,10 +1,11 @@
-"""From what a solver found to what is proved: Gram matrices in rational numbers, and the file that holds them.
+"""From what a solver found to what is proved: Gram matrices in rational numbers, and their file.
 
 The coefficients of V and q_2 are floats, which are rational numbers, and are kept as they are. The Gram
-matrices then have to reproduce polynomials that are known exactly: what is missing after rounding is spread over
-the entries that contribute to each monomial. If the solver's error is larger than the smallest eigenvalue this
-spoils the matrix; it is then solved for again with all else fixed, in monomials rescaled so that its diagonal
-is one. A document becomes a `Certificate` by passing `thesislib.stability.checking.check`, and by nothing else.
+matrices then have to reproduce polynomials that are known exactly: what is missing after rounding is spread
+over the entries that contribute to each monomial. If the solver's error is larger than the smallest
+eigenvalue this spoils the matrix; it is then solved for again with all else fixed, in monomials rescaled so
+that its diagonal is one. A document becomes a `Certificate` by passing
+`thesislib.stability.checking.check`, and by nothing else.
 """
 
 from __future__ import annotations

@@ -9,8 +9,8 @@ numbers it builds the polynomial equations of motion again, and then verifies
 * (7.29), if the certificate claims that a set {s <= beta} is inside.
 
 Then {V <= gamma} is bounded and invariant, and every motion from it ends at the equilibrium (lemma 7.1). If
-several cars are named, this holds for each of them, and for every car whose field is, multiplied by its speed,
-an average of theirs, also if that average changes with time: dV/dt is then the same average.
+several cars are named, this holds for each of them, and for every car whose field is, multiplied by its
+speed, an average of theirs, also if that average changes with time: dV/dt is then the same average.
 """
 
 from __future__ import annotations

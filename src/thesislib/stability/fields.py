@@ -1,10 +1,10 @@
 """The car's motion as polynomials: the rational field (7.25) in slip coordinates about its trim, exactly.
 
-With alpha_i = alpha_i* + D z_i, slips counted from the trim and in units of D, the motion is z' = n(z)/d(z) in
-units of time tau, and d is the product of both tyres' denominators, each divided by its value at the trim. All
-coefficients are rational numbers, so that a certificate speaks of this model and not of one close to it. A trim
-in a corner is no rational number; its slips are rounded to 40 binary digits, and steering angle and rear
-tyre factor are adjusted by less than 1e-9 so that the rounded one is an equilibrium exactly.
+With alpha_i = alpha_i* + D z_i, slips counted from the trim and in units of D, the motion is z' = n(z)/d(z)
+in units of time tau, and d is the product of both tyres' denominators, each divided by its value at the
+trim. All coefficients are rational numbers, so that a certificate speaks of this model and not of one close
+to it. A trim in a corner is no rational number; its slips are rounded to 40 binary digits, and steering
+angle and rear tyre factor are adjusted by less than 1e-9 so that the rounded one is an equilibrium exactly.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 from math import comb
+from typing import Any
 
 import numpy as np
 from flint import fmpq
@@ -20,7 +21,7 @@ from numpy.typing import NDArray
 
 from thesislib.stability.bicycle import Bicycle
 from thesislib.stability.bivariate import Polynomial
-from thesislib.stability.tyres import RationalTyre
+from thesislib.stability.tyres import RationalTyre, Tyre
 
 SCALE = Fraction(1, 4)
 """D, rad: a set of the size of a quarter radian has coefficients of similar size at every degree."""
@@ -83,19 +84,18 @@ class ExactCar:
             If the slip angles are not linear, the car has no stable trim, or a car in a corner is given
             factors or an acceleration.
         """
-        for tyre in (car.front, car.rear):
-            if not isinstance(tyre, RationalTyre):
-                raise TypeError(f"A rational field needs RationalTyre axles, not {type(tyre).__name__}.")
         if car.slip != "linear":
             raise ValueError("A rational field needs the linear slip angles (7.10) and (7.11).")
-        numbers = {name: decimal(getattr(car, name)) for name in ("mass", "I_z", "a", "b", "u_0", "delta")}
-        axles = {
-            name: tuple(tuple(map(decimal, part)) for part in (tyre.numerator, tyre.denominator))
-            for name, tyre in (("front", car.front), ("rear", car.rear))
-        }
+        mass, I_z, a, b, u_0, delta = map(decimal, (car.mass, car.I_z, car.a, car.b, car.u_0, car.delta))
         exact = cls(
-            **numbers,
-            **axles,
+            mass=mass,
+            I_z=I_z,
+            a=a,
+            b=b,
+            u_0=u_0,
+            delta=delta,
+            front=_exact_tyre(car.front),
+            rear=_exact_tyre(car.rear),
             front_factor=decimal(factors[0]),
             rear_factor=decimal(factors[1]),
             acceleration=decimal(acceleration),
@@ -113,7 +113,12 @@ class ExactCar:
         factor = self.a * F_f / (self.b * F_r)
         w = (F_f + factor * F_r) / (self.mass * self.u_0)
         delta = alpha_r + w * (self.a + self.b) / self.u_0 - alpha_f
-        values = {**self.__dict__, "delta": delta, "rear_factor": factor, "trim": (alpha_f, alpha_r)}
+        values: dict[str, Any] = {
+            **self.__dict__,
+            "delta": delta,
+            "rear_factor": factor,
+            "trim": (alpha_f, alpha_r),
+        }
         return ExactCar(**values)
 
     @cached_property
@@ -193,6 +198,12 @@ def to_floats(p: Polynomial) -> Polynomial:
         lambda c: int(c.p) / int(c.q) if isinstance(c, fmpq) else float(c), otypes=[float]
     )
     return Polynomial(as_float(p.coefficients))
+
+
+def _exact_tyre(tyre: Tyre) -> tuple[tuple[Fraction, ...], tuple[Fraction, ...]]:
+    if not isinstance(tyre, RationalTyre):
+        raise TypeError(f"A rational field needs RationalTyre axles, not {type(tyre).__name__}.")
+    return tuple(map(decimal, tyre.numerator)), tuple(map(decimal, tyre.denominator))
 
 
 def _ratio(tyre: tuple[tuple[Fraction, ...], tuple[Fraction, ...]], alpha: Fraction) -> Fraction:

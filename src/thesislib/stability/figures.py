@@ -187,7 +187,7 @@ def panels(figure: Figure, cases: Mapping[str, Mapping[str, Any]], cars: Mapping
 
 
 def overlay(figure: Figure, cases: Mapping[str, Mapping[str, Any]]) -> Figure:
-    """Draw several cars' certified sets and, thin, their true boundaries, in one plane (figures 7.11 to 7.13)."""
+    """Draw several cars' certified sets and, dotted, their true boundaries (figures 7.11 to 7.13)."""
     axes = figure.subplots()
     for colour, (name, case) in zip(_COLOURS, cases.items(), strict=False):
         axes.plot(*_closed(case["boundary"]).T, color=colour, label=name, zorder=4)

@@ -1,10 +1,10 @@
 """A guarantee for the Magic Formula itself: V falls on {V <= level}, by interval branch and bound.
 
-A certificate speaks of the rational fit. The tyre behind it is a transcendental function, but each axle's force
-depends on one slip coordinate only. Arb (python-flint) encloses force and slope on intervals of that one
-coordinate; the rest is a polynomial in two variables, enclosed on boxes with outward rounding. Boxes on which
-neither V > level nor dV/dt < 0 is shown are cut in four. On a box around the trim, where both vanish, V falls
-because the interval matrix of its quadratic form is negative definite.
+A certificate speaks of the rational fit. The tyre behind it is a transcendental function, but each axle's
+force depends on one slip coordinate only. Arb (python-flint) encloses force and slope on intervals of that
+one coordinate; the rest is a polynomial in two variables, enclosed on boxes with outward rounding. Boxes on
+which neither V > level nor dV/dt < 0 is shown are cut in four. On a box around the trim, where both vanish,
+V falls because the interval matrix of its quadratic form is negative definite.
 
 The set shown to be invariant is the part of {V <= level} inside the outermost box: on that box's edges V is
 larger. With a rational V that a certificate proves positive definite, every motion from it ends at the trim.
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from thesislib.stability.bicycle import Bicycle
 from thesislib.stability.bivariate import Polynomial
 from thesislib.stability.fields import SCALE, decimal
-from thesislib.stability.intervals import Array, Interval, enclose
+from thesislib.stability.intervals import Interval, enclose
 from thesislib.stability.tyres import MagicFormula
 
 _BACK_OFFS = (0.01, 0.02, 0.04, 0.08)
@@ -186,8 +186,8 @@ def _enclosed_trim(
     inverse = jacobian(middle).inv().mid()
     offset = arb_mat([[b - m] for b, m in zip(box, middle, strict=True)])
     identity = arb_mat([[1, 0], [0, 1]])
-    image = (identity - inverse * jacobian(box)) * offset - inverse * rates(middle)
-    image = [m + image[k, 0] for k, m in enumerate(middle)]
+    moved = (identity - inverse * jacobian(box)) * offset - inverse * rates(middle)
+    image = [m + moved[k, 0] for k, m in enumerate(middle)]
     if not all(b.contains_interior(i) for b, i in zip(box, image, strict=True)):
         raise GuaranteeError("The trim of the Magic Formula car cannot be enclosed.")
     return image[0], image[1]
@@ -211,7 +211,8 @@ class _Table:
 
 class _Search:
     def __init__(self, car: Bicycle, axles: tuple[_Axle, _Axle], V: Polynomial, level: float) -> None:
-        self.axles, self.V, self.level, self.boxes = axles, V, level, 0
+        self.axles, self.V, self.level = axles, V, level
+        self.boxes, self.most_boxes = 0, _MOST_BOXES
         (c_f, c_r), turn = _coefficients(car)
         self.c = [[_bounds([c]) for c in row] for row in (c_f, c_r)]
         self.turn = _bounds([turn])
@@ -231,8 +232,8 @@ class _Search:
         size = width / _CELLS
         while len(i):
             self.boxes += len(i)
-            if self.boxes > _MOST_BOXES:
-                return f"more than {_MOST_BOXES} boxes would be needed at level {self.level:.4g}"
+            if self.boxes > self.most_boxes:
+                return f"more than {self.most_boxes} boxes would be needed at level {self.level:.4g}"
             open_ = self._undecided(i, j, size, inner)
             i, j, size = i[open_], j[open_], size / 2
             i = np.concatenate([2 * i, 2 * i + 1, 2 * i, 2 * i + 1])
@@ -273,9 +274,11 @@ class _Search:
     def _jacobian(self, slopes: list[Interval]) -> list[list[Interval]]:
         return [[self.c[i][0] * slopes[0] - self.turn, self.c[i][1] * slopes[1] + self.turn] for i in (0, 1)]
 
-    def _undecided(self, i: NDArray[np.int64], j: NDArray[np.int64], size: float, inner: float) -> Array:
+    def _undecided(
+        self, i: NDArray[np.int64], j: NDArray[np.int64], size: float, inner: float
+    ) -> NDArray[np.int64]:
         """Return which cells [i, i+1] x [j, j+1] times size are not settled."""
-        x, y = (Interval(k * size / _D, (k + 1) * size / _D) for k in (i, j))
+        x, y = (Interval(np.asarray(k * size / _D), np.asarray((k + 1) * size / _D)) for k in (i, j))
         near = np.maximum(np.abs([x.low, x.high]).max(0), np.abs([y.low, y.high]).max(0)) <= inner / _D
         half = Interval(np.array([-size / 2]), np.array([size / 2]))
         centre = [Interval.exactly((k + 0.5) * size / _D) for k in (i, j)]
@@ -284,7 +287,8 @@ class _Search:
         left = np.nonzero(~(near | (V.low > self.level)))[0]
         if len(left) == 0:
             return left
-        i, j, x, y, V_1, V_2, *centre = (each[left] for each in (i, j, x, y, V_1, V_2, *centre))
+        i, j = i[left], j[left]
+        x, y, V_1, V_2, *centre = (each[left] for each in (x, y, V_1, V_2, *centre))
         tables = [self._table(axle, k, size) for axle, k in zip(self.axles, (i, j), strict=True)]
         at = [table.middle for table in tables]
         rates = self._rates(at, [c * _D for c in centre])

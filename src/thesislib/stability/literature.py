@@ -1,11 +1,13 @@
 """Quadratic Lyapunov functions of the older literature, as far as they can be reconstructed (figure 7.14).
 
-None of their coefficients is printed. V_lit1 is the Lyapunov equation's with Q = 1. V_lit2 is read as a kinetic
-energy v² + lambda omega² whose lambda cancels the cross term of its linear rate. V_lit3 is read as V_lit1 turned in
-the phase plane to where its largest certified set is largest.
+None of their coefficients is printed. V_lit1 is the Lyapunov equation's with Q = 1. V_lit2 is read as a
+kinetic energy v² + lambda omega² whose lambda cancels the cross term of its linear rate. V_lit3 is read as
+V_lit1 turned in the phase plane to where its largest certified set is largest.
 """
 
 from __future__ import annotations
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +38,7 @@ def energy_function(car: ExactCar, to_state: Array) -> Polynomial:
 def turned_function(car: ExactCar, to_state: Array, angles: int = 361) -> Polynomial:
     """Return V_lit3: V_lit1 turned by the angle for which {V <= level} has the largest area."""
     V = linear_function(car, to_state)
-    P = _matrix(V, np.linalg.inv(to_state))
+    P = _matrix(V, np.asarray(np.linalg.inv(to_state)))
     best, largest = V, 0.0
     rays = Rays(360)
     for angle in np.linspace(-np.pi / 2, np.pi / 2, angles):
@@ -51,7 +53,7 @@ def turned_function(car: ExactCar, to_state: Array, angles: int = 361) -> Polyno
     return best
 
 
-def _matrix(V: Polynomial, to_z: Array) -> Array:
+def _matrix(V: Polynomial, to_z: NDArray[Any]) -> Array:
     c = V.coefficients
     P = np.array([[c[2, 0], c[1, 1] / 2], [c[1, 1] / 2, c[0, 2]]])
     return np.asarray(to_z.T @ P @ to_z)

@@ -149,7 +149,7 @@ def true_region(car: Bicycle) -> TrueRegion:
     if not left or not right:
         raise ValueError(
             f"At u_0 = {car.u_0:g} m/s and delta = {np.degrees(car.delta):g}° the car has a saddle on "
-            f"{'one side' if left or right else 'neither side'} of its trim only; the true region of attraction "
+            f"{'one side' if left or right else 'neither side'} of its trim only; the true region "
             "is drawn between two."
         )
     pair = np.array([left[-1], right[0]])

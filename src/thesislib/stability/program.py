@@ -106,8 +106,8 @@ class SosProgram:
     ) -> None:
         """Require that a polynomial is z'Qz with positive semidefinite Q, in these blocks of monomials.
 
-        With `weights`, the solver works in the monomials times these; the Gram matrices that `solve` returns are
-        those of the plain monomials all the same.
+        With `weights`, the solver works in the monomials times these; the Gram matrices that `solve`
+        returns are those of the plain monomials all the same.
         """
         self._gram(name, blocks)
         self._weights[name] = weights or [np.ones(len(block)) for block in blocks]
@@ -188,7 +188,8 @@ class SosProgram:
 
     def _coefficient_rows(self) -> tuple[sparse.csr_matrix, NDArray[np.float64]]:
         """Return the equations "coefficient of z'Qz = coefficient of the polynomial" of all constraints."""
-        row, column, value, known = [], [], [], []
+        known: list[float] = []
+        entries: list[tuple[float, int, int]] = []
         places = dict(self._cones)
         for polynomial, name, blocks in self._equalities:
             coefficients = polynomial.coefficients
@@ -202,10 +203,10 @@ class SosProgram:
                 for k, a, b in squares.get((i, j), ()):
                     index, factor = _entry(places[name][k][0], a, b)
                     weight = self._weights[name][k]
-                    row.append(here), column.append(index), value.append(factor * weight[a] * weight[b])
-                for index in np.nonzero(form[1:])[0]:
-                    row.append(here), column.append(int(index)), value.append(-form[1 + index])
+                    entries.append((factor * weight[a] * weight[b], here, index))
+                entries += [(-form[1 + k], here, k) for k in map(int, np.nonzero(form[1:])[0])]
                 known.append(form[0])
+        value, row, column = zip(*entries, strict=True)
         rows = sparse.csr_matrix((value, (row, column)), (len(known), self.size))
         # coefficients of high and of low monomials differ by many orders of magnitude
         largest = abs(rows).max(axis=1).toarray().ravel()

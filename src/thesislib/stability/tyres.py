@@ -55,7 +55,7 @@ class MagicFormula:
         return cls(*(values[f"{letter}_{axle}"] for letter in "BCDE"))
 
     def scaled(self, *, peak: float = 1.0, stiffness: float = 1.0) -> MagicFormula:
-        """Return this tyre with D and B multiplied: more force at every slip, or a steeper rise to the same."""
+        """Return this tyre with D and B multiplied: more force at all slips, or a steeper rise."""
         return MagicFormula(self.B * stiffness, self.C, self.D * peak, self.E)
 
     def force(self, alpha: Any) -> Any:
@@ -149,8 +149,8 @@ def rational_fit(tyre: Tyre, reach: float = FIT_RANGE) -> RationalTyre:
     p_1, p_3, q_1, q_2 = found.x
     if q_1 > 20.0:
         raise ValueError(
-            f"The rational fit (7.13) over +-{reach:g} rad degenerates: q_1 = {q_1:.3g} is above 20, the quartic "
-            "term does not matter; fit over a wider range, 0.7 to 1 rad."
+            f"The rational fit (7.13) over +-{reach:g} rad degenerates: q_1 = {q_1:.3g} is above 20, the "
+            "quartic term does not matter; fit over a wider range, 0.7 to 1 rad."
         )
     if q_2 <= 0 or (q_1 < 0 and q_1**2 >= 4 * q_2):
         raise ValueError(
