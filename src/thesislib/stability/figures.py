@@ -49,7 +49,7 @@ def bicycle(figure: Figure, a: float, b: float, delta: float = 0.25) -> Figure:
     turn = np.linspace(-0.6, 1.0, 30)
     axes.plot(0.28 * np.cos(turn + 3.0), 0.28 * np.sin(turn + 3.0), color=_COLOURS[2])
     axes.annotate("$\\omega$", (-0.42, 0.12), color=_COLOURS[2])
-    axes.annotate("$\\delta$", (a + 0.85, 0.06))
+    axes.annotate("$\\delta$", (a + 0.98, 0.05))
     axes.plot([a, a + 0.95], [0, 0], "--", color=_GREY, lw=0.8)
     for left, right, name in ((0, a, "$a$"), (-b, 0, "$b$")):
         axes.annotate("", (left, -0.35), (right, -0.35), arrowprops={"arrowstyle": "<->", "color": _GREY})
@@ -74,7 +74,7 @@ def tyre_fits(figure: Figure, tyre: Tyre, fits: Mapping[str, Tyre], reach: float
     lower.set(ylim=(-1.5, 1.5), ylabel="error (kN)", xlabel="slip angle α (rad)")
     for axes in (upper, lower):
         axes.axvspan(-FIT_RANGE, FIT_RANGE, color="#F2F2F2", zorder=0)
-    upper.legend(loc="upper right")
+    upper.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4)
     return figure
 
 
