@@ -2,8 +2,8 @@
 
 The program is the test of the gamma step: the largest slack of (7.30) for a certified V of degree 2 to 8,
 with the same pruned bases and the same solver, Clarabel. It is stated by the library itself, through cvxpy
-and, where pydrake is installed, through Drake's MathematicalProgram. All stand in one process and take turns; processor
-time counts, from the polynomials to the solution. The answers have to agree.
+and, where pydrake is installed, through Drake's MathematicalProgram. All stand in one process and take
+turns; processor time counts, from the polynomials to the solution. The answers have to agree.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -259,6 +259,11 @@ class Ascent:
 
     def run(self, start: Region, degree: int) -> Region:
         """Return the region that steps from `start` lead to, in V of a degree."""
+        best = self._climb(start, degree)
+        seconds = time.process_time() - self.started
+        return replace(best, programs=self.programs, seconds=seconds, history=best.history or (best.size,))
+
+    def _climb(self, start: Region, degree: int) -> Region:
         best, trust, idle = start, _TRUST, 0
         history, gain = [start.size], _AREA_GAIN if self.goal.shape is None else _BETA_GAIN
         attempts = 0
@@ -281,18 +286,7 @@ class Ascent:
             best = found
             history.append(best.size)
             _LOG.debug("degree %d: %.4f, trust %.3f", degree, best.size, trust)
-        seconds = time.process_time() - self.started
-        return Region(
-            best.cars,
-            best.V,
-            best.certificate,
-            best.multipliers,
-            best.size,
-            self.programs,
-            seconds,
-            best.containment,
-            tuple(history),
-        )
+        return best if best is start else replace(best, history=tuple(history))
 
 
 _MARGIN = 0.3  # 1/s, times the unit of V: how fast V falls near the origin along `Ascent.stiff`
@@ -306,6 +300,7 @@ def ascend(
     *,
     stiff: Array | None = None,
     steps: int = 40,
+    multiplier_degree: int = 2,
 ) -> dict[int, Region]:
     """Return the largest regions found, for each degree of V in turn.
 
@@ -325,13 +320,16 @@ def ascend(
         See `Ascent`.
     steps : int
         Joint steps at most for each degree.
+    multiplier_degree : int
+        Degree of q_2. A polynomial field needs 4: with less, no V of a higher degree has room beside one of
+        degree 2.
 
     Raises
     ------
     ProgramError
         If no level set of the first V can be certified.
     """
-    search = Ascent(tuple(cars), goal, stiff, steps=steps)
+    search = Ascent(tuple(cars), goal, stiff, multiplier_degree, steps=steps)
     first = search.fields
     V = linear_lyapunov(first[0], to_state) if len(first) == 1 else common_lyapunov(first)
     region = search.accept(V, 0.0)
@@ -339,7 +337,7 @@ def ascend(
         raise ProgramError("No level set of the first quadratic V can be certified: no region to begin with.")
     found = {}
     for degree in degrees:
-        search = Ascent(tuple(cars), goal, stiff, steps=steps)
+        search = Ascent(tuple(cars), goal, stiff, multiplier_degree, steps=steps)
         region = search.run(region, degree)
         found[degree] = region
     return found

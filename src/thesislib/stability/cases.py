@@ -13,7 +13,6 @@ from thesislib.stability.alternation import alternate
 from thesislib.stability.ascent import Goal, Region, ascend, ascend_beta, scaled_window, scaling
 from thesislib.stability.bicycle import Bicycle, linear_theory
 from thesislib.stability.fields import ExactCar
-from thesislib.stability.guarantee import GuaranteeError, guarantee
 from thesislib.stability.phase_plane import TrueRegion, Window, escapes, polygon_area, true_region
 from thesislib.stability.programs import linear_lyapunov, quadratic
 from thesislib.stability.rays import Rays
@@ -189,17 +188,6 @@ def map_case(degree: int, steps: int, **numbers: float) -> dict[str, Any]:
     boundary = found[degree].boundary(scaling(truth.car.matrix), truth.trim)
     window = truth.slip_window()
     return {"area": window.area(boundary), "true_area": window.area(truth.boundary), "reason": ""}
-
-
-def corner_guarantee_case(degree: int, steps: int, **numbers: float) -> dict[str, Any]:
-    """Compute a region in a corner and what of it is guaranteed for the Magic Formula: level 0 if nothing."""
-    setting = Setting(**numbers)
-    _, found = regions(setting, list(range(2, degree + 1, 2)), steps=steps)
-    try:
-        level = guarantee(setting.magic(), found[degree].V).level
-    except GuaranteeError as error:
-        return {"level": 0.0, "reason": str(error)}
-    return {"level": level, "reason": ""}
 
 
 def robust_case(

@@ -73,7 +73,7 @@ class Certificate:
     @cached_property
     def V(self) -> Polynomial:
         """V in z, with floats that are exactly the certificate's numbers."""
-        return Polynomial.from_terms({(i, j): float(Fraction(value)) for i, j, value in self.document["V"]})
+        return lyapunov_function(self.document)
 
     def save(self, path: str | Path) -> Path:
         """Write the JSON file and return its path."""
@@ -82,6 +82,11 @@ class Certificate:
             path, json.dumps(self.document, indent=None, separators=(",", ":")) + "\n"
         )
         return path
+
+
+def lyapunov_function(document: Mapping[str, Any]) -> Polynomial:
+    """Return V of a certificate, with floats that are exactly its numbers."""
+    return Polynomial.from_terms({(i, j): float(Fraction(value)) for i, j, value in document["V"]})
 
 
 def certify(
