@@ -42,11 +42,12 @@ lint: environment  ## Style, types, and which room imports which
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports
 
-bench: environment  ## Measure published problems, evaluations, a lap, ride heights; `make bench KEEP=--keep` files the results
+bench: environment  ## Measure published problems, a lap, ride heights, sums of squares; `make bench KEEP=--keep` files the results
 	@$(BIN)/python benchmarks/published.py $(KEEP)
 	@$(BIN)/python benchmarks/evaluation.py $(KEEP)
 	@$(BIN)/python benchmarks/lap.py $(KEEP)
 	@$(BIN)/python benchmarks/suspension.py $(KEEP)
+	@$(BIN)/python benchmarks/stability.py $(KEEP)
 
 bench-peers: environment  ## Measure other packages on the published problems, in environments of their own (20 minutes)
 	@$(BIN)/python benchmarks/published.py --peers $(KEEP)

@@ -1,4 +1,4 @@
-"""The command ``thesis``: list, run, check, accept and site.
+"""The command ``thesis``: list, run, check, accept, certify and site.
 
 Exit status 0: all is well; 1: a run, a check or the site failed; 2: the input was refused.
 """
@@ -107,6 +107,10 @@ def _parser() -> argparse.ArgumentParser:
     )
     command.set_defaults(command=_accept)
 
+    command = commands.add_parser("certify", help="check a certificate of chapter 7 in exact arithmetic")
+    command.add_argument("files", nargs="+", metavar="file", help="certificate, as a run leaves it")
+    command.set_defaults(command=_certify)
+
     command = commands.add_parser("site", help="build the pages of the published runs")
     command.set_defaults(command=_site)
     return parser
@@ -210,6 +214,21 @@ def _tolerance(name: str, text: str) -> tuple[float, float]:
         return float(absolute), float(relative or 0.0)
     except ValueError as error:
         raise InputError(f"The tolerance {text!r} of {name} is not ABSOLUTE or ABSOLUTE:RELATIVE.") from error
+
+
+def _certify(options: argparse.Namespace) -> int:
+    from thesislib.stability.checking import CertificateError, check_file
+
+    failed = False
+    for name in options.files:
+        if not Path(name).is_file():
+            raise InputError(f"There is no certificate {name}.")
+        try:
+            print(f"{name}: {check_file(name)}")
+        except CertificateError as error:
+            print(f"{name}: {error}")
+            failed = True
+    return FAILED if failed else 0
 
 
 def _site(_: argparse.Namespace) -> int:

@@ -28,7 +28,10 @@ from thesislib import provenance
 
 # factor to SI and the SI unit, for every unit of the data files
 _SI = {
-    **{unit: (1.0, unit) for unit in ("1", "kg", "m", "s", "N", "W", "J", "V", "rad", "Ω", "m²", "m/s²")},
+    **{
+        unit: (1.0, unit)
+        for unit in ("1", "kg", "m", "s", "N", "W", "J", "V", "rad", "Ω", "m²", "m/s", "m/s²")
+    },
     **{unit: (1.0, unit) for unit in ("kg m²", "kg/m³", "N m s/rad", "1/m", "1/m²", "1/rad²")},
     "deg": (math.pi / 180.0, "rad"),
     "mm": (1e-3, "m"),
