@@ -33,7 +33,8 @@ def solve(statement: Any) -> protocol.Outcome:
     if not phase.getMeshIters():
         return protocol.Outcome(reason=f"{flag} on the first mesh")
     last = phase.getMeshIters()[-1]
-    converged = bool(phase.MeshConverged) and str(flag).endswith("CONVERGED")
+    # its "acceptable" is a step that has become short near the optimum, and counts
+    converged = bool(phase.MeshConverged) and str(flag).endswith((".CONVERGED", ".ACCEPTABLE"))
     return protocol.Outcome(
         objective=float(optimizer.LastObjVal),
         points=(NODES - 1) * int(last.numsegs) + 1,
