@@ -30,7 +30,7 @@ from thesislib.classical.benchmarks.problems import STATEMENTS
 
 ROOT = Path(__file__).resolve().parents[1]
 PEERS = Path(__file__).resolve().parent / "peers"
-KEPT = reporting.RESULTS / "published.json"
+KEPT = measured.kept_file()
 
 # How a package comes to its mesh; only adaptive ones written in Python are rivals on equal terms.
 KINDS = {

@@ -25,7 +25,7 @@ def solve(statement: Any) -> protocol.Outcome:
     optimizer.QPThreads = 1
     optimizer.set_PrintLevel(3)
     optimizer.set_MaxIters(protocol.NLP_ITERATIONS)
-    # as in the package's own tests; without a line search it diverges on five of the eight
+    # without a line search it diverges from these guesses, or gives no answer, more often
     optimizer.set_OptLSMode("L1")
     optimizer.set_MaxLSIters(2)
     optimizer.set_tols(*[protocol.NLP_TOLERANCE] * 4)

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from thesislib.classical.benchmarks.problems import STATEMENTS
+from thesislib.provenance import project_root
 
 SCHEMA = 1
 OURS = "thesislib"
@@ -143,6 +144,11 @@ HEADINGS = (
     "ours = 1",
     "verdict",
 )
+
+
+def kept_file() -> Path:
+    """Return the file in which the project keeps its measurements, among the data that pages read."""
+    return project_root() / "data" / "benchmarks" / "published.json"
 
 
 def read(path: Path) -> Results:
