@@ -74,7 +74,7 @@ def tyre_fits(figure: Figure, tyre: Tyre, fits: Mapping[str, Tyre], reach: float
     lower.set(ylim=(-1.5, 1.5), ylabel="error (kN)", xlabel="slip angle α (rad)")
     for axes in (upper, lower):
         axes.axvspan(-FIT_RANGE, FIT_RANGE, color="#F2F2F2", zorder=0)
-    upper.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=4)
+    upper.legend(loc="lower left", bbox_to_anchor=(0, 1), ncols=2)
     return figure
 
 
