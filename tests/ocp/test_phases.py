@@ -273,3 +273,16 @@ def test_link_that_cannot_hold_is_named_in_the_failure():
     named = [row.equation for row in caught.value.residuals[:3]]
     assert any("too far" in name or "half way" in name or "x" in name for name in named)
     assert "5 m" in caught.value.report() or "below 5 m" in caught.value.report()
+
+
+def test_first_order_system_of_all_phases_is_met(sprinted):
+    rows = ocp.kkt.FirstOrder(sprinted).stationarity()
+    assert {row.quantity for row in rows} == {
+        f"{phase}: {name}"
+        for phase, names in (
+            ("go", ["x", "v", "u", "t_final"]),
+            ("stop", ["x", "v", "u", "t_initial", "t_final"]),
+        )
+        for name in names
+    }
+    assert max(row.scaled for row in rows) < 1e-8
