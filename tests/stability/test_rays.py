@@ -11,8 +11,8 @@ SQUARE = Polynomial.from_terms({(2, 0): 1.0, (0, 2): 1.0})
 
 @pytest.mark.parametrize("half", [True, False])
 def test_the_lowest_level_is_that_of_the_root_and_not_of_the_samples_beside_it(half):
-    # dV/dt changes its sign on a circle whose radius is no sample; V = r^8 bends there as a V of degree 8 does,
-    # and linear interpolation between the samples would miss by two parts in a hundred
+    # dV/dt changes sign on a circle whose radius is no sample; V = r^8 bends there as a V of degree 8 does,
+    # and linear interpolation between the samples would miss by one part in a hundred
     radius = 0.271
     rises = SQUARE * (SQUARE - radius**2)
     V = SQUARE * SQUARE * SQUARE * SQUARE
