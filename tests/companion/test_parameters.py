@@ -39,6 +39,23 @@ def test_a_parameters_cell_is_read_whole(project: Any) -> None:
     ]
 
 
+def test_a_whole_number_may_have_choices(project: Any) -> None:
+    (degree,) = read(project, "degree: int = 8  # {4 | 6 | 8}, degree of V")
+    assert degree == Parameter("degree", "int", 8, "degree of V", choices=(4, 6, 8))
+    assert degree.allowed == "{4 | 6 | 8}"
+    assert changed_values(project.chapter("04"), {"degree": "6"}) == {"degree": 6}
+    with pytest.raises(InputError, match=r"degree = 7 is not one of \{4 \| 6 \| 8\} \(degree of V\)\.$"):
+        changed_values(project.chapter("04"), {"degree": "7"})
+    with pytest.raises(InputError, match=r"degree must be an int, not '6\.0'"):
+        changed_values(project.chapter("04"), {"degree": "6.0"})
+
+
+@pytest.mark.parametrize("choices", ["4 | six", "4 | 4", "4 |", "4.0 | 6"])
+def test_choices_of_a_whole_number_are_different_whole_numbers(project: Any, choices: str) -> None:
+    with pytest.raises(InputError, match="whose choices are not different whole numbers"):
+        read(project, f"degree: int = 4  # {{{choices}}}, degree of V")
+
+
 def test_reading_does_not_execute(project: Any) -> None:
     with pytest.raises(InputError, match="is not a plain constant"):
         read(project, "mass: float = __import__('os').abort()  # 0 .. 1, mass")

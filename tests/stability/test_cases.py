@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from thesislib.companion.chapters import chapter
-from thesislib.companion.parameters import parameters
-from thesislib.stability.cases import Setting
+from thesislib.companion.chapters import InputError, chapter
+from thesislib.companion.parameters import changed_values, parameters
+from thesislib.stability.cases import Setting, map_case
 from thesislib.stability.phase_plane import true_region
 from thesislib.vehicles import ParameterSet
 
@@ -39,3 +39,18 @@ def test_a_force_factor_scales_force_and_stiffness_alike():
     alpha = np.linspace(-0.4, 0.4, 9)
     assert np.allclose(weak.force(alpha), 0.9 * full.force(alpha), rtol=1e-14)
     assert weak.slope(0.0) == pytest.approx(0.9 * full.slope(0.0), rel=1e-14)
+
+
+def test_an_odd_degree_is_refused_before_anything_is_computed():
+    with pytest.raises(InputError, match=r"degree = 7 is not one of \{4 \| 6 \| 8\}"):
+        changed_values(chapter("07"), {"degree": "7"})
+
+
+@pytest.mark.parametrize(
+    ("delta_deg", "reason"),
+    [(2.0, "No level set of the first quadratic V can be certified"), (4.0, "has no stable equilibrium")],
+)
+def test_a_point_of_a_map_without_a_region_says_why(delta_deg, reason):
+    point = map_case(2, 1, u_0=25.0, delta_deg=delta_deg)
+    assert point["area"] == 0.0
+    assert reason in point["reason"]

@@ -4,6 +4,7 @@ One cell tagged ``parameters`` holds them, one line each::
 
     mass_kg: float = 660.0  # 400 .. 1200, vehicle mass with driver (Table C.1)
     track: str = "barcelona"  # {barcelona | barcelona_rough}, centre line to follow
+    degree: int = 8  # {4 | 6 | 8}, degree of V
     rigid: bool = False  # whether the suspension is locked
 
 that is ``name: type = value  # range or choices, description``.
@@ -43,8 +44,8 @@ class Parameter:
         Value in the published run.
     low, high : float or None
         Range of a number, both ends allowed.
-    choices : tuple of str
-        Choices of a text.
+    choices : tuple of str or of int
+        Choices of a text or of a whole number.
     """
 
     name: str
@@ -53,13 +54,13 @@ class Parameter:
     description: str
     low: float | None = None
     high: float | None = None
-    choices: tuple[str, ...] = ()
+    choices: tuple[str, ...] | tuple[int, ...] = ()
 
     @property
     def allowed(self) -> str:
         """What is allowed, in the notation of the parameters cell."""
         if self.choices:
-            return "{" + " | ".join(self.choices) + "}"
+            return "{" + " | ".join(map(str, self.choices)) + "}"
         return f"{self.low:g} .. {self.high:g}" if self.low is not None else "{true | false}"
 
     def checked(self, value: Value) -> Value:
@@ -71,8 +72,8 @@ class Parameter:
             If the value is not finite, outside the range or not among the choices.
         """
         if self.choices and value not in self.choices:
-            near = difflib.get_close_matches(str(value), self.choices, n=1)
-            hint = f"; did you mean {near[0]!r}?" if near else "."
+            near = difflib.get_close_matches(str(value), map(str, self.choices), n=1)
+            hint = f"; did you mean {near[0]!r}?" if near and self.type == "str" else "."
             raise InputError(f"{self.name} = {value} is not one of {self.allowed} ({self.description}){hint}")
         if self.low is not None and self.high is not None and not isinstance(value, str):
             if not math.isfinite(value):
@@ -223,6 +224,13 @@ def _described(name: str, kind: str, default: Value, comment: str, place: str) -
         if found is None or not all(choices) or len(set(choices)) < len(choices):
             raise InputError(f"{place}, whose comment is not '{{choice | choice}}, description'.")
         return Parameter(name, kind, default, found["description"], choices=choices)
+    listed = _CHOICES.fullmatch(comment) if kind == "int" else None
+    if listed is not None:
+        words = [word.strip() for word in listed["choices"].split("|")]
+        if not all(re.fullmatch(r"[-+]?\d+", word) for word in words) or len(set(words)) < len(words):
+            raise InputError(f"{place}, whose choices are not different whole numbers.")
+        numbers = tuple(map(int, words))
+        return Parameter(name, kind, default, listed["description"], choices=numbers)
     found = _RANGE.fullmatch(comment)
     if found is None:
         raise InputError(f"{place}, whose comment is not 'low .. high, description'.")

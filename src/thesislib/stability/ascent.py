@@ -47,8 +47,8 @@ Array = NDArray[np.float64]
 _LOG = logging.getLogger(__name__)
 
 _BACK_OFFS = (3e-4, 2e-3, 1.5e-2)  # below the sampled level; the first that is certified counts
-_TRUST, _LARGEST_TRUST, _SMALLEST_TRUST = 0.3, 0.6, 0.02
-_AREA_GAIN, _BETA_GAIN = 1e-3, 1e-4  # relative, of a step that still counts
+_TRUST, _LARGEST_TRUST, _SMALLEST_TRUST = 0.3, 0.6, 0.05
+_AREA_GAIN, _BETA_GAIN = 1e-3, 3e-4  # relative, of a step that still counts
 _ROOM, _LARGEST_ROOM = 1e-5, 1e-2  # slack that a joint step has to leave; ten times more after a refusal
 
 
@@ -279,7 +279,7 @@ class Ascent:
                 if self.refused and self.room < _LARGEST_ROOM:
                     self.room *= 10.0
                 else:
-                    trust *= 0.4
+                    trust *= 0.25
                 continue
             idle = idle + 1 if found.size < best.size * (1 + gain) else 0
             trust = min(1.5 * trust, _LARGEST_TRUST)
@@ -373,9 +373,9 @@ def ascend_beta(
     for degree in degrees:
         region = Ascent((car,), goal, multiplier_degree=multiplier_degree).run(region, degree)
         if degree >= 4 and multiplier_degree == 2:
-            multiplier_degree = 4
-            search = Ascent((car,), goal, multiplier_degree=multiplier_degree)
+            search = Ascent((car,), goal, multiplier_degree=4)
             lifted = search.accept(region.V, 0.0)
-            region = region if lifted is None else search.run(lifted, degree)
+            if lifted is not None:
+                region, multiplier_degree = search.run(lifted, degree), 4
         found[degree] = region
     return found

@@ -14,6 +14,7 @@ from thesislib.stability.ascent import Goal, Region, ascend, ascend_beta, scaled
 from thesislib.stability.bicycle import Bicycle, linear_theory
 from thesislib.stability.fields import ExactCar
 from thesislib.stability.phase_plane import TrueRegion, Window, escapes, polygon_area, true_region
+from thesislib.stability.program import ProgramError
 from thesislib.stability.programs import linear_lyapunov, quadratic
 from thesislib.stability.rays import Rays
 
@@ -179,12 +180,18 @@ def region_case(degree: int, steps: int = 40, **numbers: float) -> dict[str, Any
 
 
 def map_case(degree: int, steps: int, **numbers: float) -> dict[str, Any]:
-    """Compute the certified area of a car, nothing else: a case of a map. No equilibrium gives area 0."""
+    """Compute the certified area of a car, nothing else: a case of a map.
+
+    Returns
+    -------
+    dict
+        With area 0 and the reason if there is no trim, no pair of saddles, or no set that can be certified.
+    """
     setting = Setting(**numbers)
     try:
         truth, found = regions(setting, list(range(2, degree + 1, 2)), steps=steps)
-    except ValueError as error:
-        return {"area": 0.0, "reason": str(error)}
+    except (ValueError, ProgramError) as error:
+        return {"area": 0.0, "true_area": 0.0, "reason": str(error)}
     boundary = found[degree].boundary(scaling(truth.car.matrix), truth.trim)
     window = truth.slip_window()
     return {"area": window.area(boundary), "true_area": window.area(truth.boundary), "reason": ""}

@@ -33,6 +33,8 @@ from thesislib.stability.programs import EPSILON, Multiplier, bases, slack
 
 Grams = Sequence[NDArray[np.float64]]
 
+_PLAIN = 1e-9  # of a matrix with a unit diagonal: far above the rounding of an eigenvalue, 1e-14
+
 
 @dataclass(frozen=True)
 class Containment:
@@ -162,7 +164,7 @@ def _proof(name: str, polynomial: Polynomial, blocks: Sequence[Basis], grams: Gr
     """Return bases and exact Gram matrices of a polynomial with exact coefficients."""
     if grams is not None:
         found = _completed(polynomial, blocks, grams)
-        if all(checking._semidefinite(_lower(gram)) for gram in found):
+        if all(_plainly_definite(gram) or checking._semidefinite(_lower(gram)) for gram in found):
             return _part(blocks, found)
     found = _completed(polynomial, blocks, _solved(name, to_floats(polynomial), blocks, grams))
     return _part(blocks, found)
@@ -213,6 +215,19 @@ def _completed(polynomial: Polynomial, blocks: Sequence[Basis], grams: Grams) ->
             if a != b:
                 matrices[k][b, a] = matrices[k][a, b]
     return matrices
+
+
+def _plainly_definite(gram: NDArray[Any]) -> bool:
+    """Say whether rounding cannot hide that a matrix is positive definite.
+
+    This only saves the exact factorisation, the slowest part of a certificate, when it is clear how it will
+    end; `checking.check` goes through it in any case.
+    """
+    floats = np.array([[float(value) for value in row] for row in gram])
+    diagonal = np.diag(floats)
+    if (diagonal <= 0).any():
+        return False
+    return bool(np.linalg.eigvalsh(floats / np.sqrt(np.outer(diagonal, diagonal)))[0] > _PLAIN)
 
 
 def _definite(gram: NDArray[np.float64]) -> NDArray[np.float64]:
