@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from thesislib.stability.alternation import alternate
-from thesislib.stability.ascent import Ascent, Goal, ascend
+from thesislib.stability.ascent import Ascent, Goal, ascend, ascend_beta
 from thesislib.stability.cases import ratios, robust_case, starts_inside
 from thesislib.stability.fields import ExactCar
 from thesislib.stability.phase_plane import escapes
@@ -68,6 +68,15 @@ def test_beta_of_degree_2_is_the_thesis_s(car, exact, truth, found):
     together = search.run(search.accept(linear_lyapunov(exact.field, found.to_state), 0.0), 2)
     assert 0.639 < together.size < bound
     assert together.certificate.verdict.beta == pytest.approx(together.size, rel=1e-12)
+
+
+def test_beta_of_degree_4_passes_99_per_cent_of_what_the_true_region_allows(exact, truth, found):
+    shape = quadratic(found.to_state.T @ found.to_state)
+    bound = truth.largest_level(lambda x: (x**2).sum(axis=-1))
+    region = ascend_beta(exact, [2, 4], shape, found.to_state)[4]
+    # the thesis prints 0.769, which is 99.1 % of the bound
+    assert 0.99 * bound < region.size < bound
+    assert region.certificate.verdict.beta == pytest.approx(region.size, rel=1e-12)
 
 
 def test_one_v_serves_a_car_that_brakes_and_accelerates():
