@@ -27,7 +27,6 @@ import numpy as np
 from thesislib.ocp.endpoints import Endpoints
 from thesislib.ocp.iterate import Multipliers, pack
 from thesislib.ocp.mesh import Mesh
-from thesislib.ocp.problem import ProblemError
 from thesislib.ocp.quadrature import Array, Rule, differentiation_matrix, interpolation_matrix
 from thesislib.ocp.solution import Solution
 from thesislib.ocp.transcription import Transcription
@@ -97,9 +96,7 @@ def optimality(
     ProblemError
         If the solution has no multipliers.
     """
-    multipliers = solution.iterate.multipliers
-    if multipliers is None:
-        raise ProblemError(f"the solution of {solution.problem.name!r} has no multipliers")
+    multipliers = solution.multipliers
     problem = solution.problem
     rule = solution.mesh.rule
     grid = _Grid(solution.mesh, partial(_middles, rule) if where == "between" else rule.points)

@@ -11,7 +11,7 @@ import numpy as np
 
 from thesislib.ocp.problem import Ends, Point, Problem, ProblemError, Quantity, unknown
 
-# Where no other is given, the scale of a link is that of the quantity it links.
+# From the ends of every phase, by its name, to an expression.
 AtEnds = Callable[[Point], Any]
 
 

@@ -50,21 +50,6 @@ class Residual:
         return f"{self.equation}, {where}{self.place}: {self.amount:.3g} {self.unit}{limit}"
 
 
-def worst_residual(solution: AnySolution) -> Residual:
-    """Return the constraint or bound that a solution violates most, in scaled size.
-
-    Parameters
-    ----------
-    solution : Solution or PhasedSolution
-        Usually one that did not converge.
-
-    Returns
-    -------
-    Residual
-    """
-    return max(residuals(solution), key=lambda residual: residual.scaled)
-
-
 def residuals(solution: AnySolution) -> list[Residual]:
     """Return the worst violation of every equation and every bound.
 

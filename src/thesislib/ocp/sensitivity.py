@@ -12,7 +12,7 @@ of it. `derivative` tells its share.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -87,11 +87,7 @@ def density(solution: Solution, name: str) -> Array:
     ProblemError
         If the problem has no such data or the solution has no multipliers.
     """
-    problem = solution.problem
-    row = len(problem.constants) + _data_index(solution, name)
-    transcription = System.solved(solution).collocated([solution.mesh]).transcriptions[0]
-    gradient = _gradients(solution, transcription, _multipliers(solution, transcription))[row]
-    return np.asarray(gradient * problem.objective_scale / solution.weights)
+    return _density(solution, len(solution.problem.constants) + _data_index(solution, name))
 
 
 def constant_density(solution: Solution, name: str) -> Array:
@@ -115,13 +111,17 @@ def constant_density(solution: Solution, name: str) -> Array:
     ProblemError
         If the problem has no such constant or the solution has no multipliers.
     """
-    problem = solution.problem
-    names = list(problem.constants)
+    names = list(solution.problem.constants)
     if name not in names:
         raise ProblemError(unknown("constant", name, names))
+    return _density(solution, names.index(name))
+
+
+def _density(solution: Solution, row: int) -> Array:
+    """Return the derivative of the minimised objective by one of (constants, data), as a density."""
     transcription = System.solved(solution).collocated([solution.mesh]).transcriptions[0]
-    gradient = _gradients(solution, transcription, _multipliers(solution, transcription))[names.index(name)]
-    return np.asarray(gradient * problem.objective_scale / solution.weights)
+    gradient = _gradients(solution, transcription, _multipliers(solution, transcription))[row]
+    return np.asarray(gradient * solution.problem.objective_scale / solution.weights)
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,16 +158,7 @@ class Derivative:
         names = [part.problem.name for part in self.phases]
         if phase not in names:
             raise ProblemError(unknown("phase", phase, names))
-        return Derivative(
-            self.name,
-            self.objective,
-            self.regularisation,
-            self.phases,
-            self.states,
-            self.controls,
-            self.parameters,
-            names.index(phase),
-        )
+        return replace(self, phase=names.index(phase))
 
     def __getitem__(self, name: str) -> Array:
         kind, index, _ = self.phases[self.phase].find(name)
@@ -356,13 +347,7 @@ def _add_joint(
     blocks = np.array(functions.mixed(*_joint_arguments(solution)))
     column = blocks[:, _joint_places(solution, name)].sum(axis=1)
     by_rows[collocated.rows[-1] :] += column[: functions.count]
-    index = np.concatenate(
-        [
-            first + transcription.end_index
-            for transcription, first in zip(collocated.transcriptions, collocated.variables, strict=False)
-        ]
-    )
-    np.add.at(by_variables, index, column[functions.count :])
+    np.add.at(by_variables, collocated.end_index, column[functions.count :])
 
 
 def _data_index(solution: Solution, name: str) -> int:

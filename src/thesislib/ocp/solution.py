@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from thesislib.ocp.iterate import Iterate
+from thesislib.ocp.iterate import Iterate, Multipliers
 from thesislib.ocp.mesh import Mesh
 from thesislib.ocp.pointwise import Pointwise
 from thesislib.ocp.problem import Problem, ProblemError
@@ -105,6 +105,19 @@ class Solution:
     def error(self) -> float:
         """Largest relative state error (2.162)."""
         return self.estimate.largest
+
+    @property
+    def multipliers(self) -> Multipliers:
+        """The scaled multipliers.
+
+        Raises
+        ------
+        ProblemError
+            If there are none.
+        """
+        if self.iterate.multipliers is None:
+            raise ProblemError(f"the solution of {self.problem.name!r} has no multipliers")
+        return self.iterate.multipliers
 
     @property
     def status(self) -> str:

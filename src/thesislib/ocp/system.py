@@ -95,11 +95,6 @@ class System:
         """Return the system that a solution solves."""
         return cls(solution.problem, [part.pointwise for part in parts(solution)])
 
-    @property
-    def compiled(self) -> bool:
-        """Whether the derivatives of every phase run as compiled code."""
-        return all(pointwise.compiled for pointwise in self.pointwise)
-
     def started(self, guess: Any, mesh: Mesh | Mapping[str, Mesh] | None) -> Iterates:
         """Return where a solve begins.
 
@@ -226,15 +221,20 @@ class Collocated:
         if isinstance(self.system.statement, Problem):
             return programmes[0]
         functions, lower, upper = self.system.joint
-        ends, constants, parameters = [], [], 0
-        for transcription, programme, first in zip(
-            self.transcriptions, programmes, self.variables, strict=False
-        ):
-            ends.append(first + transcription.end_index)
+        constants, parameters = [], 0
+        for transcription, programme in zip(self.transcriptions, programmes, strict=True):
             constants.append(parameters + np.arange(len(transcription.pointwise.constants)))
             parameters += programme.derivatives["grad_f"].size1_in(1)
-        joint = Joint(functions, np.concatenate(ends), np.concatenate(constants), lower, upper)
+        joint = Joint(functions, self.end_index, np.concatenate(constants), lower, upper)
         return joined(programmes, joint)
+
+    @property
+    def end_index(self) -> np.ndarray:
+        """Variables that the end functions of all phases read, phase by phase."""
+        starts = self.variables[:-1]
+        return np.concatenate(
+            [start + part.end_index for start, part in zip(starts, self.transcriptions, strict=True)]
+        )
 
     @cached_property
     def _integration(self) -> sp.csc_array:

@@ -23,7 +23,7 @@ from thesislib.ocp.evaluation import end_values
 from thesislib.ocp.iterate import Multipliers
 from thesislib.ocp.mesh import Mesh
 from thesislib.ocp.pointwise import Pointwise
-from thesislib.ocp.problem import Ends, Point, ProblemError, interval
+from thesislib.ocp.problem import Ends, Point, interval
 from thesislib.ocp.quadrature import Array
 from thesislib.ocp.solution import Solution
 
@@ -75,9 +75,7 @@ def transversality(solution: Solution) -> list[EndCondition]:
     ProblemError
         If the solution has no multipliers.
     """
-    if solution.iterate.multipliers is None:
-        raise ProblemError(f"the solution of {solution.problem.name!r} has no multipliers")
-    return list(_conditions(solution, solution.iterate.multipliers))
+    return list(_conditions(solution, solution.multipliers))
 
 
 def hamiltonian_at_ends(solution: Solution) -> tuple[float, float]:
@@ -91,9 +89,7 @@ def hamiltonian_at_ends(solution: Solution) -> tuple[float, float]:
     ProblemError
         If the solution has no multipliers.
     """
-    multipliers = solution.iterate.multipliers
-    if multipliers is None:
-        raise ProblemError(f"the solution of {solution.problem.name!r} has no multipliers")
+    multipliers = solution.multipliers
     pointwise, iterate, mesh = solution.pointwise, solution.iterate, solution.mesh
     ends = np.array([0.0, 1.0])
     z = np.vstack((iterate.states[:, [0, -1]], mesh.interpolate_controls(iterate.controls, ends)))
