@@ -20,6 +20,7 @@ from thesislib.ocp.problem import (
     State,
 )
 from thesislib.ocp.refinement import refined
+from thesislib.ocp.related import Related
 from thesislib.ocp.settings import Progress, Settings
 from thesislib.ocp.simulation import Simulation, simulate
 from thesislib.ocp.solution import MeshRecord, Solution
@@ -43,6 +44,7 @@ __all__ = [
     "Problem",
     "ProblemError",
     "Progress",
+    "Related",
     "Settings",
     "Simulation",
     "Solution",

@@ -23,6 +23,7 @@ from thesislib.ocp.problem import Problem, ProblemError
 from thesislib.ocp.progress import Watch
 from thesislib.ocp.quadrature import Array
 from thesislib.ocp.refinement import Refinement, error_estimate, refine
+from thesislib.ocp.related import Related
 from thesislib.ocp.settings import Settings
 from thesislib.ocp.solution import MeshRecord, Solution
 from thesislib.ocp.system import AnySolution, Collocated, Iterates, Statement, System, iterates_of, parts
@@ -36,7 +37,7 @@ TIGHTEST = 1e-6
 @overload
 def solve(
     problem: Problem,
-    guess: Mapping[str, Any] | Solution | None = None,
+    guess: Mapping[str, Any] | Solution | Related | None = None,
     mesh: Mesh | None = None,
     settings: Settings | None = None,
     *,
@@ -61,7 +62,7 @@ def solve(
 
 def solve(
     problem: Statement,
-    guess: Mapping[str, Any] | AnySolution | None = None,
+    guess: Mapping[str, Any] | AnySolution | Related | None = None,
     mesh: Mesh | Mapping[str, Mesh] | None = None,
     settings: Settings | None = None,
     *,
@@ -75,9 +76,10 @@ def solve(
     ----------
     problem : Problem or Phases
         What to solve.
-    guess : mapping, Solution or PhasedSolution, optional
+    guess : mapping, Solution, PhasedSolution or Related, optional
         Numbers or functions of the independent variable by name, of phases by the name of the phase; or
-        a solution of this or a similar problem, multipliers included.
+        a solution of a problem of the same names, multipliers included; or one of a problem that has
+        something less or more (`Related`).
     mesh : Mesh, or mapping of phases to meshes, optional
         First mesh; by default ten intervals of four points, or the guess's mesh.
     settings : Settings, optional

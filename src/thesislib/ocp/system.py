@@ -21,6 +21,7 @@ from thesislib.ocp.pointwise import Pointwise
 from thesislib.ocp.problem import Problem, ProblemError, unknown
 from thesislib.ocp.programme import Joint, Programme, joined, recombined
 from thesislib.ocp.quadrature import Array
+from thesislib.ocp.related import Related, taken_over
 from thesislib.ocp.solution import Solution
 from thesislib.ocp.transcription import Transcription
 
@@ -100,7 +101,7 @@ class System:
 
         Parameters
         ----------
-        guess : mapping, Solution, PhasedSolution or None
+        guess : mapping, Solution, Related, PhasedSolution or None
             As in `solve`.
         mesh : Mesh, mapping or None
             First mesh, of all phases or by phase.
@@ -111,6 +112,11 @@ class System:
             If the guess or the meshes do not fit the problem.
         """
         problems = _phases(self.statement)
+        if isinstance(guess, Related):
+            if isinstance(self.statement, Phases):
+                raise ProblemError(f"{self.statement.name!r} has phases: give each a related solution")
+            start = taken_over(guess, self.pointwise[0], self._mesh(problems[0], mesh))
+            return Iterates((start,), np.zeros(0))
         if isinstance(guess, Solution | PhasedSolution):
             theirs = parts(guess)
             if len(theirs) != len(problems):
