@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thesislib import ocp
+from thesislib.lap.adjustments import MAP_RANGES, MapRanges, adjusted
 from thesislib.lap.problem import RateWeights, lap_problem
 from thesislib.lap.start import quasi_steady_start
 from thesislib.roads import CentreLine
@@ -54,12 +55,15 @@ class Lap:
         The car.
     solution : ocp.Solution
         The solution of the optimal control problem.
+    ranges : MapRanges
+        Of the water-bed constraint (4.30), where the set-up was adjusted.
     """
 
     name: str
     track: CentreLine
     car: RacingCar
     solution: ocp.Solution
+    ranges: MapRanges = MAP_RANGES
 
     @property
     def time(self) -> float:
@@ -100,12 +104,26 @@ class Lap:
         inside[mesh.first] = 0.0
         return np.asarray(start[mesh.interval] + inside)
 
+    @property
+    def adjustments(self) -> dict[str, float]:
+        """What the optimiser has chosen of the set-up, by the adjustment's name, SI; what is held is zero."""
+        problem = self.solution.problem
+        return {each.name: self.solution.parameter(each.name) for each in problem.parameters}
+
+    @cached_property
+    def values(self) -> dict[str, Any]:
+        """Numbers of the car as adjusted: floats, or arrays (N,) where they change along the lap."""
+        added = [q.name for q in self.solution.problem.controls if q.name not in CONTROLS]
+        along = {name: self.solution[name] for name in added}
+        return adjusted(self.car.values, {**self.adjustments, **along}, self.ranges)
+
     @cached_property
     def _channels(self) -> dict[str, Array]:
         x = {name: self.solution[name] for name in STATES}
         u = {name: self.solution[name] for name in CONTROLS}
-        quantities = self.car.quantities(x, u, self.track.curvature(self.s))
-        return {**x, **u, **quantities}
+        quantities = self.car.quantities(x, u, self.track.curvature(self.s), values=self.values)
+        added = {q.name: self.solution[q.name] for q in self.solution.problem.controls if q.name not in u}
+        return {**x, **u, **added, **quantities}
 
     def __getitem__(self, name: str) -> Array:
         if name not in self._channels:
@@ -199,9 +217,10 @@ def minimum_lap_time(
     """
     settings = settings or SETTINGS
     problem = lap_problem(track, car, name=name, **options)
+    ranges = options.get("ranges", MAP_RANGES)
     if guess is not None:
         solution = ocp.solve(problem, guess.solution, mesh, settings, tolerance=tolerance)
-        return Lap(name, track, car, solution)
+        return Lap(name, track, car, solution, ranges)
     # nothing of the first two solutions is left in the lap: drafts of them are enough
     drafted = replace(settings, optimality=settings.draft or settings.optimality, tolerance=STARTING_ERROR)
     first = lap_problem(track, car, name=f"{name}, start", **{**options, "weights": STARTING_WEIGHTS})
@@ -211,7 +230,7 @@ def minimum_lap_time(
     finer = _finer(settled, tolerance, settings).divided(LONGEST_INTERVAL_M / track.length)
     solution = ocp.solve(problem, settled, finer, settings, tolerance=tolerance)
     history = (*start.history, *settled.history, *solution.history)
-    return Lap(name, track, car, replace(solution, history=history))
+    return Lap(name, track, car, replace(solution, history=history), ranges)
 
 
 def _finer(solution: ocp.Solution, tolerance: float, settings: ocp.Settings) -> ocp.Mesh:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from thesislib import ocp
+from thesislib.lap.adjustments import CONTINUOUS_BALANCE, MAP_RANGES, MapRanges, adjusted, parameters
 from thesislib.roads import CentreLine
 from thesislib.vehicles.racing_car import CONTROLS, STATES, RacingCar
 
@@ -33,10 +35,13 @@ class RateWeights:
     steer, slip : float
         Of the steering angle and of the four longitudinal slips, in units of 0.1, per car
         length.
+    balance : float
+        Of the continuous aerodynamic balance.
     """
 
     steer: float = 1e-3
     slip: float = 1e-4
+    balance: float = 1e-4
 
 
 # Without regularisation the slips zig-zag between collocation points and the solver does not
@@ -98,6 +103,9 @@ def lap_problem(
     front_slip_limit: float = 0.3,
     weights: RateWeights = RATE_WEIGHTS,
     units: Units | None = None,
+    free: Mapping[str, tuple[float, float]] | None = None,
+    ranges: MapRanges = MAP_RANGES,
+    continuous_balance: float = 0.0,
 ) -> ocp.Problem:
     """State the minimum lap time problem.
 
@@ -120,11 +128,25 @@ def lap_problem(
         Weights of the control-rate regulariser.
     units : Units, optional
         Scaling; by default that of the car. Laps that are compared share one.
+    free : mapping of str to (float, float), optional
+        Adjustments that the optimiser chooses, with their bounds; see `adjustments.parameters`. A problem
+        that has any has all as parameters, those that are not free held at zero.
+    ranges : MapRanges
+        Of the water-bed constraint (4.30).
+    continuous_balance : float
+        Bound on |u_CoP|, the balance as a control; zero for a problem without it.
 
     Returns
     -------
     ocp.Problem
+
+    Raises
+    ------
+    KeyError, ValueError
+        As `adjustments.parameters`; ValueError also if `continuous_balance` is negative.
     """
+    if continuous_balance < 0.0:
+        raise ValueError(f"continuous_balance = {continuous_balance:g}, a bound on |u_CoP|, is negative.")
     units = units or units_of(car)
     residual_units = {
         "vertical_balance": ("N", units.force),
@@ -140,12 +162,16 @@ def lap_problem(
         for equation in car.equations
     ]
     path.append(ocp.Path("power", "W", (-np.inf, 0.0), units.power))
+    adjustable = parameters(free, car.values) if free else []
+    offsets = [adjustment.name for adjustment in adjustable]
+    offsets += [CONTINUOUS_BALANCE] if continuous_balance else []
     limited_height = car.readings.suspension == "metamodel"
     if limited_height:
         path.append(ocp.Path("ride_height", "m", (-np.inf, front_height_limit_m), HEIGHT_SCALE_M))
 
     def equations(at: ocp.Point) -> ocp.Equations:
         values = {constant: at[constant] for constant in car.values}
+        values = adjusted(values, {name: at[name] for name in offsets}, ranges)
         q = car.quantities(
             {state: at[state] for state in STATES},
             {control: at[control] for control in CONTROLS},
@@ -166,7 +192,11 @@ def lap_problem(
         name=name,
         independent=ocp.Independent("s", 0.0, track.length, unit="m", scale=units.length),
         states=_states(units, half_width_m),
-        controls=_controls(units, car, front_slip_limit, weights),
+        controls=[
+            *_controls(units, car, front_slip_limit, weights),
+            *_balance(continuous_balance, weights),
+        ],
+        parameters=adjustable,
         equations=equations,
         lagrange="slowness",
         path=path,
@@ -212,3 +242,9 @@ def _controls(units: Units, car: RacingCar, front_slip: float, weights: RateWeig
         ),
         *(ocp.Control(load, "N", (-3 * units.force, 0.0), units.force) for load in CONTROLS[5:]),
     ]
+
+
+def _balance(bound: float, weights: RateWeights) -> list[ocp.Control]:
+    if not bound:
+        return []
+    return [ocp.Control(CONTINUOUS_BALANCE, "-", (-bound, bound), 1.0, rate_weight=weights.balance)]

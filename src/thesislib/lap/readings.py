@@ -209,7 +209,7 @@ def continued(setup: Setup, start: Start, tolerance: float, name: str) -> Lap:
             guess=base,
             name=name,
             units=units,
-            front_slip_limit=setup.front_slip_limit,
+            **setup.options,
         )
     problem = setup.problem(name, units=units)
     course = _course(base, road.length)

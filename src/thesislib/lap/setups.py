@@ -9,17 +9,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 import numpy as np
 
 from thesislib import ocp, roads
+from thesislib.lap.adjustments import MAP_RANGES, MapRanges
 from thesislib.lap.minimum_time import Lap, minimum_lap_time
 from thesislib.lap.problem import Units, lap_problem, units_of
 from thesislib.ocp.storage import load, save
 from thesislib.studies import stored
 from thesislib.suspension.metamodel import Metamodel, RearConstant
+from thesislib.suspension.stiffness import StiffnessMetamodel
 from thesislib.vehicles import RacingCar, Readings
+
+Suspension = Literal["table_3_1", "table_3_2", "reconciled"]
 
 
 @dataclass(frozen=True)
@@ -41,6 +45,20 @@ class Setup:
         line, see `roads.smoothed`.
     front_slip_limit : float
         Bound on the size of the front wheels' longitudinal slip.
+    metamodel : {"table_3_1", "table_3_2", "reconciled"}
+        Ride heights and roll angles of Table 3.1; of Table 3.2, which has the heave stiffness; or of the
+        latter with its constants moved to those of Table 3.1.
+    free : mapping of str to (float, float)
+        Adjustments that the optimiser chooses, and their bounds in SI; see `adjustments`.
+    ranges : MapRanges
+        Of the water-bed constraint (4.30).
+    continuous_balance : float
+        Bound on the aerodynamic balance as a control, row (Q); zero for none.
+
+    Raises
+    ------
+    ValueError
+        If there is no such metamodel.
     """
 
     track: str = "barcelona"
@@ -49,6 +67,16 @@ class Setup:
     rear_constant: RearConstant = "printed"
     offset_rms_m: float = 0.0
     front_slip_limit: float = 0.3
+    metamodel: Suspension = "table_3_1"
+    free: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    ranges: MapRanges = MAP_RANGES
+    continuous_balance: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.metamodel not in get_args(Suspension):
+            raise ValueError(
+                f"metamodel = {self.metamodel!r} is not one of {', '.join(get_args(Suspension))}."
+            )
 
     def road(self) -> roads.CentreLine:
         """Return the road; raises as `roads.load` and `roads.smoothed` do."""
@@ -56,8 +84,22 @@ class Setup:
 
     def car(self) -> RacingCar:
         """Return the car with its suspension; raises as `RacingCar.from_file` does."""
-        ride = Metamodel.from_file(rear_constant=self.rear_constant)
+        base = Metamodel.from_file(rear_constant=self.rear_constant)
+        ride: Metamodel | StiffnessMetamodel = base
+        if self.metamodel != "table_3_1":
+            raw = StiffnessMetamodel.from_file()
+            ride = raw.reconciled(base) if self.metamodel == "reconciled" else raw
         return RacingCar.from_file(ride=ride, readings=self.readings).replace(**self.values)
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """What `lap_problem` takes of the set-up besides road and car."""
+        return {
+            "front_slip_limit": self.front_slip_limit,
+            "free": self.free,
+            "ranges": self.ranges,
+            "continuous_balance": self.continuous_balance,
+        }
 
     def problem(self, name: str, *, units: Units | None = None) -> ocp.Problem:
         """Return the minimum lap time problem of this set-up.
@@ -70,9 +112,7 @@ class Setup:
             Scaling; by default that of the car. Laps that are compared share one, so that the same
             regulariser is added to both.
         """
-        return lap_problem(
-            self.road(), self.car(), name=name, front_slip_limit=self.front_slip_limit, units=units
-        )
+        return lap_problem(self.road(), self.car(), name=name, units=units, **self.options)
 
     def units(self) -> Units:
         """Return the fundamental units of section 4.3.1 for the car."""
@@ -127,7 +167,7 @@ class Start:
                 tolerance=self.tolerance,
                 interval_m=self.interval_m,
                 name=name,
-                front_slip_limit=self.setup.front_slip_limit,
+                **self.setup.options,
             )
             save(lap.solution, path)
             return {"file": np.frombuffer(path.read_bytes(), dtype=np.uint8)}
@@ -145,7 +185,8 @@ class Start:
         FileNotFoundError, ocp.ProblemError
             As `thesislib.ocp.storage.load`.
         """
-        return Lap(name, self.setup.road(), self.setup.car(), load(self.setup.problem(name), self.path))
+        solution = load(self.setup.problem(name), self.path)
+        return Lap(name, self.setup.road(), self.setup.car(), solution, self.setup.ranges)
 
 
 @dataclass(frozen=True)

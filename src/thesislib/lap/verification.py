@@ -102,7 +102,7 @@ def resolved(
         settings=NEIGHBOURLY,
         mesh=mesh.halved() if halved else mesh,
         units=start.setup.units(),
-        front_slip_limit=setup.front_slip_limit,
+        **setup.options,
     )
     moved = {f"change_{state}": _largest_change(lap, base, state) for state in STATES}
     return {
