@@ -19,7 +19,7 @@ from thesislib.ocp.problem import (
     ProblemError,
     State,
 )
-from thesislib.ocp.refinement import refined
+from thesislib.ocp.refinement import coarsened, refined
 from thesislib.ocp.related import Related
 from thesislib.ocp.settings import Progress, Settings
 from thesislib.ocp.simulation import Simulation, simulate
@@ -50,6 +50,7 @@ __all__ = [
     "Solution",
     "SolveError",
     "State",
+    "coarsened",
     "continuous",
     "divided",
     "kkt",

@@ -214,6 +214,41 @@ def refine(
     return Refinement(finer, int(grown.sum()), int(divided.sum()), int(reduced.sum()), int(joins.sum()))
 
 
+def coarsened(mesh: Mesh, errors: Array, tolerance: float, lowest: int = 3, aim: float = 0.1) -> Mesh:
+    """Return a coarser mesh for a solution that need be known to a larger tolerance only.
+
+    Every interval loses the points by which the rule of (2.163) would bring its error up to `aim` times the
+    tolerance, down to `lowest`. Neighbours that then have `lowest` points, and whose errors would stay there
+    if their width were doubled, become one.
+
+    Parameters
+    ----------
+    mesh : Mesh
+        The present mesh.
+    errors : ndarray, shape (K,)
+        Relative error in each interval.
+    tolerance : float
+        Relative error allowed on the new mesh.
+    lowest : int
+        Fewest points of an interval.
+    aim : float
+        Part of the tolerance that is made use of: the rule is an estimate, and what it spoils has to be
+        refined again.
+
+    Returns
+    -------
+    Mesh
+    """
+    errors = np.maximum(errors, np.finfo(float).eps)
+    less = np.floor(np.log(np.maximum(aim * tolerance / errors, 1.0)) / np.log(np.maximum(mesh.orders, 2)))
+    orders = np.maximum(mesh.orders - less, np.minimum(mesh.orders, lowest)).astype(int)
+    # the error of a polynomial on an interval of twice the width grows by two to its order
+    reached = errors * np.maximum(mesh.orders, 2.0) ** (mesh.orders - orders) * 2.0 ** (lowest + 1)
+    joins = _joins((orders == lowest) & (reached < aim * tolerance))
+    keep = ~joins
+    return Mesh(np.concatenate(([0.0], mesh.boundaries[1:][keep])), orders[keep], mesh.rule)
+
+
 def _joins(small: np.ndarray) -> np.ndarray:
     """Return which intervals become one with the next: pairs of small neighbours, none in two pairs."""
     joins = np.zeros(len(small), dtype=bool)

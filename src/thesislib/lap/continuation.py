@@ -1,0 +1,214 @@
+"""Rows of Table 4.2 solved one from another, each kept on disk as soon as it is finished."""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from thesislib import ocp, studies
+from thesislib.lap.adjustments import CONTINUOUS_BALANCE
+from thesislib.lap.minimum_time import SETTINGS, Lap
+from thesislib.lap.rows import BASE, Row, waves
+from thesislib.lap.setups import Setup, Solved, Start, told
+from thesislib.ocp.storage import save
+
+TOLERANCE = 1e-4
+"""Largest relative state error of a row, before its lap time is compared."""
+
+_ADJUSTED = "adjusted "
+
+# Solves on the way are drafts on one mesh, whose errors the last solve refines.
+SHORT_WAY = replace(SETTINGS, tolerance=0.9, optimality=1e-6, draft=None)
+LONG_WAY = replace(SHORT_WAY, ipopt={"mu_init": 1e-4})
+
+
+@dataclass(frozen=True)
+class SolvedRow:
+    """A row and its lap.
+
+    Attributes
+    ----------
+    row : Row
+        What was solved.
+    start : Start
+        Where its lap is kept.
+    lap_time : float
+        s.
+    error : float
+        Largest relative state error (2.162).
+    adjustments : mapping of str to float
+        What the optimiser has chosen, SI.
+    solved : Solved
+        How it was solved.
+    stored : bool
+        Whether it was found rather than computed.
+    """
+
+    row: Row
+    start: Start
+    lap_time: float
+    error: float
+    adjustments: Mapping[str, float]
+    solved: Solved
+    stored: bool
+
+    def lap(self) -> Lap:
+        """Read the lap; raises as `Start.lap` does."""
+        return self.start.lap(f"row {self.row.name}")
+
+
+def solve_rows(
+    rows: Mapping[str, Row], base: Start, folder: Path, *, tolerance: float = TOLERANCE, **options: Any
+) -> dict[str, SolvedRow]:
+    """Solve rows, those side by side whose parents are solved.
+
+    Parameters
+    ----------
+    rows : mapping of str to Row
+        By name.
+    base : Start
+        The lap of row (C), kept on disk.
+    folder : Path
+        Where the laps of the rows are kept.
+    tolerance : float
+        Largest relative state error of a row.
+    **options
+        Passed to `studies.run`: the number of jobs, or a cluster's address.
+
+    Returns
+    -------
+    dict of str to SolvedRow
+        In the order of `rows`.
+
+    Raises
+    ------
+    studies.StudyError
+        If rows failed; those that are finished are kept.
+    """
+    starts: dict[str, Start] = {BASE: base}
+    found: dict[str, SolvedRow] = {}
+    folder.mkdir(parents=True, exist_ok=True)
+    for wave in waves(rows):
+        kept = {
+            row.name: Start(row.setup, tolerance, base.interval_m, str(folder / _file(row))) for row in wave
+        }
+        cases = {
+            f"row {row.name}": {
+                "setup": row.setup,
+                "start": starts[row.parent],
+                "tolerance": tolerance,
+                "name": f"row {row.name}",
+                "steps": row.steps,
+            }
+            for row in wave
+        }
+        results = studies.run(cases, solved_row, **options)
+        for row in wave:
+            result = results[f"row {row.name}"]
+            Path(kept[row.name].path).write_bytes(np.asarray(result["file"]).tobytes())
+            found[row.name] = _taken(row, kept[row.name], result)
+        starts |= kept
+    return {name: found[name] for name in rows}
+
+
+def _file(row: Row) -> str:
+    return f"row_{re.sub('[^A-Za-z0-9]+', '_', row.name).strip('_')}.npz"
+
+
+def _taken(row: Row, start: Start, result: studies.Result) -> SolvedRow:
+    chosen = {
+        key.removeprefix(_ADJUSTED): float(value)
+        for key, value in result.items()
+        if key.startswith(_ADJUSTED)
+    }
+    lap_time, error = float(result["lap_time"]), float(result["error"])
+    return SolvedRow(row, start, lap_time, error, chosen, Solved.of(result), result.stored)
+
+
+def solved_row(
+    setup: Setup,
+    start: Start,
+    tolerance: float,
+    name: str,
+    steps: Sequence[Mapping[str, float]] = (),
+) -> dict[str, Any]:
+    """Solve the lap of a row from its parent's lap; the function of a study.
+
+    Parameters
+    ----------
+    setup : Setup
+        What to solve.
+    start : Start
+        The parent's lap, on disk.
+    tolerance : float
+        Largest relative state error.
+    name : str
+        Stands in messages.
+    steps : sequence of mappings
+        As of `Row`.
+
+    Returns
+    -------
+    dict
+        ``file``, the lap as the bytes of a stored solution; ``lap_time`` s; ``error``; ``adjusted …`` for
+        everything that was adjusted, SI; and what `told` says of the solve.
+
+    Raises
+    ------
+    ocp.SolveError
+        If the solver did not finish or the error estimate stays above tolerance.
+    """
+    lap = continued_row(setup, start, tolerance, name, steps)
+    with tempfile.TemporaryDirectory() as folder:
+        content = save(lap.solution, Path(folder) / "row.npz").read_bytes()
+    return {
+        "file": np.frombuffer(content, dtype=np.uint8),
+        "lap_time": lap.time,
+        "error": lap.solution.error,
+        **{_ADJUSTED + one: value for one, value in lap.adjustments.items() if one in setup.free},
+        **told(lap.solution),
+    }
+
+
+def continued_row(
+    setup: Setup,
+    start: Start,
+    tolerance: float,
+    name: str,
+    steps: Sequence[Mapping[str, float]] = (),
+) -> Lap:
+    """Solve the lap of a row from its parent's lap; arguments as of `solved_row`.
+
+    The first solve, on the parent's mesh, goes the long way, from one optimum to another: it starts with a
+    barrier that lets constraints change sides. The refinements after it start where the last one ended.
+    """
+    parent = start.lap()
+    units = start.setup.units()
+    solution, mesh = parent.solution, None
+    if parent.solution.tolerance < tolerance:
+        mesh = ocp.coarsened(solution.mesh, solution.estimate.by_interval, tolerance)
+    begun = {CONTINUOUS_BALANCE: 0.0} if setup.continuous_balance else {}
+    history: list[ocp.MeshRecord] = []
+    for held in steps:
+        between = replace(
+            setup, free={one: (min(value, 0.0), max(value, 0.0)) for one, value in held.items()}
+        )
+        problem = between.problem(f"{name}, {held}", units=units)
+        solution = ocp.solve(problem, ocp.Related(solution, {**begun, **held}), mesh, SHORT_WAY)
+        history += solution.history
+        mesh, begun = None, {}
+    problem = setup.problem(name, units=units)
+    start_values = {one.name: 0.0 for one in problem.parameters if one.name not in parent.adjustments}
+    if not steps:
+        begun |= start_values
+    solution = ocp.solve(problem, ocp.Related(solution, begun), mesh, SHORT_WAY if steps else LONG_WAY)
+    history += solution.history
+    solution = ocp.solve(problem, solution, None, SETTINGS, tolerance=tolerance)
+    solution = replace(solution, history=(*history, *solution.history))
+    return Lap(name, setup.road(), setup.car(), solution, setup.ranges)
