@@ -48,7 +48,7 @@ class SyntheticLap:
         radau = np.array([0.0, (4.0 - np.sqrt(6.0)) / 10.0, (4.0 + np.sqrt(6.0)) / 10.0])
         self.s = (self.mesh_points[:-1, None] + np.diff(self.mesh_points)[:, None] * radau).ravel()
         self._channels = self._all_channels(track.curvature(self.s))
-        slowness = 1.0 / self._channels["u"]
+        slowness = self._channels["slowness"]
         s = np.append(self.s, track.length)
         pace = np.append(slowness, slowness[0])
         t = np.concatenate(([0.0], np.cumsum(0.5 * (pace[1:] + pace[:-1]) * np.diff(s))))
@@ -65,6 +65,7 @@ class SyntheticLap:
             "xi": 0.02 * np.cos(3.0 * wave),
             "v": -0.01 * u * np.tanh(a_y / 10.0),
             "u": u,
+            "slowness": 1.0 / u,
             "omega": u * curvature,
             "delta": 0.1 * np.tanh(a_y / 15.0),
             "a_x": a_x,
@@ -76,6 +77,7 @@ class SyntheticLap:
             "phi_r": -0.032 * np.tanh(a_y / 15.0),
             "C_L_front": 1.5 + 0.1 * np.sin(wave),
             "C_L_rear": 1.4 + 0.1 * np.cos(wave),
+            "u_CoP": 0.2 + 0.01 * a_x,
             "C_D": 0.951 + 0.001 * np.sin(wave),
             "power": np.minimum(np.maximum(drive * u, 0.0), 560e3),
         }
@@ -119,6 +121,21 @@ def synthetic_lap():
 def corners():
     third = SyntheticTrack.length / 3.0
     return [(1, 0.1 * third, "R"), (2, third, "L"), (3, third + 100.0, "R"), (4, 2.0 * third, "R")]
+
+
+@pytest.fixture(scope="session")
+def marks():
+    """A function that finds the plotted points of the artists with given properties."""
+
+    def plotted(axes, **properties):
+        found = [
+            line
+            for line in axes.get_lines()
+            if all(getattr(line, f"get_{name}")() == value for name, value in properties.items())
+        ]
+        return [tuple(point) for line in found for point in line.get_xydata()]
+
+    return plotted
 
 
 OVAL_M, STATIONS = 700.0, 140

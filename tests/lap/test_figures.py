@@ -9,12 +9,17 @@ import numpy as np
 import pytest
 from matplotlib.collections import LineCollection
 
-from thesislib.lap import channels, figures, maps, style, views
+from thesislib.lap import channels, figures, figures_setups, maps, style, views
 
 
 def downforce(h_f, h_r):
     """The rows of Table 4.1 for the ride heights."""
     return 1.2 + 10.0 * h_f - 5.0 * h_r, 0.9494 + h_f - 22.2222 * h_r - 222.2222 * h_r**2
+
+
+def of_two(draw):
+    """Draw a lap against another one, on a coarser mesh."""
+    return lambda lap, corners=None: draw(lap, type(lap)(lap.track, intervals=200), corners)
 
 
 ALONG = {
@@ -27,6 +32,12 @@ ALONG = {
     "brake share": views.front_brake_share,
     "steer rate": views.steering_rate,
     "constraints": views.active_constraints,
+    "ride heights of two": of_two(figures_setups.ride_heights_of_two),
+    "front downforce of two": of_two(figures_setups.front_downforce_of_two),
+    "rear downforce of two": of_two(figures_setups.rear_downforce_of_two),
+    "balance": figures_setups.aero_balance,
+    "forces of two": of_two(figures_setups.aerodynamic_forces_of_two),
+    "speed gain": of_two(figures_setups.speed_gain),
 }
 OTHER = {
     "maps of downforce": lambda lap: figures.downforce_maps(downforce, lap=lap),
@@ -58,7 +69,7 @@ def test_every_axis_label_carries_a_unit(draw, synthetic_lap):
     assert labels
     for label in labels:
         if not label.startswith("lap-time"):
-            assert re.search(r"\((m|mm|km/h|kN|g|°|°/s|%|1)\)$", label), label
+            assert re.search(r"\((m|mm|km/h|kN|g|°|°/s|%|s|1)\)$", label), label
 
 
 @by_name(ALONG)
@@ -166,6 +177,16 @@ def test_front_ride_height_is_in_millimetres_and_stays_below_its_bound(synthetic
     line = curve(figures.ride_heights(synthetic_lap).axes[0], "front")
     assert np.max(line.get_ydata()) == pytest.approx(1e3 * synthetic_lap["h_f"].max())
     assert np.max(line.get_ydata()) <= 15.0 + 1e-9
+
+
+@pytest.mark.parametrize(
+    ("draw", "below"),
+    [(figures.ride_heights, "speed"), (figures.aerodynamic_coefficients, "drag, $C_D$")],
+)
+def test_the_legend_above_two_panels_names_the_curve_in_the_lower_one(draw, below, synthetic_lap):
+    upper, lower = draw(synthetic_lap).axes
+    assert [text.get_text() for text in upper.get_legend().texts][-1] == below
+    assert lower.get_legend() is None
 
 
 def test_roll_angles_are_in_degrees(synthetic_lap):

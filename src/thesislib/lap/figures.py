@@ -8,14 +8,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from .channels import Array, Lap, speed, whole_lap
 from .style import (
     BLACK,
     FRONT,
-    LIGHT,
     MPS_TO_KMH,
     PURPLE,
     REAR,
@@ -24,6 +22,7 @@ from .style import (
     distance_axis,
     legend_above,
     picture,
+    shared_distance_axis,
     styled,
 )
 
@@ -120,18 +119,8 @@ def ride_heights(lap: Lap, corners: Sequence[Corner] | None = None, *, bound_mm:
     upper.set_ylabel("height, down positive (mm)")
     lower.plot(s, MPS_TO_KMH * whole_lap(lap, speed(lap))[1], color=BLACK, linestyle="-.", label="speed")
     lower.set_ylabel("speed (km/h)")
-    _share_distance_axis(upper, lower, lap.track.length, corners)
+    shared_distance_axis(upper, lower, lap.track.length, corners)
     return figure
-
-
-def _share_distance_axis(upper: Axes, lower: Axes, length: float, corners: Sequence[Corner] | None) -> None:
-    """Give two panels one distance axis: corner numbers and legend above, the label below."""
-    distance_axis(upper, length, corners)
-    upper.set_xlabel("")
-    distance_axis(lower, length)
-    for _, s, _ in corners or ():
-        lower.axvline(s, color=LIGHT, linewidth=0.7, zorder=0.5)
-    legend_above(upper, corners=corners)
 
 
 @styled
@@ -154,14 +143,13 @@ def aerodynamic_coefficients(lap: Lap, corners: Sequence[Corner] | None = None) 
     upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(3.0, 1.0))
     upper.plot(*whole_lap(lap, lap["C_L_front"]), color=FRONT, label="front downforce, $C_L^f$")
     upper.plot(*whole_lap(lap, lap["C_L_rear"]), color=REAR, label="rear downforce, $C_L^r$")
-    upper.plot([], [], color=BLACK, label="drag, $C_D$")
-    lower.plot(*whole_lap(lap, lap["C_D"]), color=BLACK)
+    lower.plot(*whole_lap(lap, lap["C_D"]), color=BLACK, label="drag, $C_D$")
     # the drag hardly moves; on an axis of its own breadth it would look as if it did
     middle = float(np.mean(lap["C_D"]))
     lower.set_ylim(middle - 0.05, middle + 0.05)
     upper.set_ylabel("coefficient (1)")
     lower.set_ylabel("drag (1)")
-    _share_distance_axis(upper, lower, lap.track.length, corners)
+    shared_distance_axis(upper, lower, lap.track.length, corners)
     return figure
 
 

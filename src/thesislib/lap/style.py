@@ -8,8 +8,8 @@ lives on in a global list, and they show themselves in a notebook without a back
 from __future__ import annotations
 
 import io
-from collections.abc import Sequence
-from typing import Final
+from collections.abc import Mapping, Sequence
+from typing import Any, Final
 
 from matplotlib import rc_context
 from matplotlib.axes import Axes
@@ -43,6 +43,15 @@ SPEED_COLOURS: Final = LinearSegmentedColormap.from_list(
 """Slow dark, fast light: lightness rises along the map, so that it also reads in grey."""
 
 MPS_TO_KMH: Final = 3.6
+
+HOLLOW: Final[Mapping[str, Any]] = {
+    "linestyle": "",
+    "marker": "o",
+    "markersize": 8.0,
+    "markerfacecolor": "none",
+}
+FULL: Final[Mapping[str, Any]] = {"linestyle": "", "marker": "o", "markersize": 4.5}
+"""Marks of the thesis's numbers and, so that they fit inside, of this run's."""
 
 Corner = tuple[int, float, str]
 """A corner as ``(number, distance in m, "R" or "L")``."""
@@ -189,8 +198,53 @@ def corner_numbers(
             )
 
 
+def shared_distance_axis(
+    upper: Axes, lower: Axes, length: float, corners: Sequence[Corner] | None = None
+) -> None:
+    """Give two panels one distance axis: corner numbers and the legend of both above, the label below.
+
+    Parameters
+    ----------
+    upper, lower : matplotlib.axes.Axes
+    length : float
+        Length of the lap in m.
+    corners : sequence of (number, distance in m, direction), optional
+    """
+    distance_axis(upper, length, corners)
+    upper.set_xlabel("")
+    distance_axis(lower, length)
+    corner_numbers(lower, length, corners, labels=False)
+    legend_above(upper, corners=corners, also=(lower,))
+
+
+def axis_on_the_right(axes: Axes, label: str, colour: str) -> Axes:
+    """A second ordinate on the right, in the colour of the curve that is read on it.
+
+    Parameters
+    ----------
+    axes : matplotlib.axes.Axes
+        Axes with the first ordinate; a legend above them takes the second's curves with
+        :func:`legend_above`'s `also`.
+    label : str
+        Name and unit of the second ordinate.
+    colour : str
+        Colour of its curve.
+    """
+    right = axes.twinx()
+    right.set_ylabel(label, color=colour)
+    right.tick_params(axis="y", colors=colour)
+    right.spines["right"].set(visible=True, color=colour)
+    right.grid(visible=False)
+    return right
+
+
 def legend_above(
-    axes: Axes, *, columns: int = 4, corners: Sequence[Corner] | None = None, above_corners: float = 1.12
+    axes: Axes,
+    *,
+    columns: int = 4,
+    corners: Sequence[Corner] | None = None,
+    above_corners: float = 1.12,
+    also: Sequence[Axes] = (),
 ) -> None:
     """Put the legend above the axes, clear of the corner numbers, where it covers no curve.
 
@@ -203,8 +257,13 @@ def legend_above(
         Corners whose numbers stand above the axes.
     above_corners : float
         Height of the legend's foot in heights of the axes when there are corner numbers.
+    also : sequence of matplotlib.axes.Axes
+        Other axes whose curves the legend names too, after those of `axes`.
     """
+    named = [each.get_legend_handles_labels() for each in (axes, *also)]
     axes.legend(
+        [handle for handles, _ in named for handle in handles],
+        [label for _, labels in named for label in labels],
         loc="lower left",
         bbox_to_anchor=(0.0, above_corners if corners else 1.0),
         ncols=columns,
