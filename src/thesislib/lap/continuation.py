@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 
 from thesislib import ocp, studies
-from thesislib.lap.adjustments import CONTINUOUS_BALANCE
 from thesislib.lap.minimum_time import SETTINGS, Lap
-from thesislib.lap.rows import BASE, Row, waves
+from thesislib.lap.rows import BASE, HEIGHTS, STIFFNESSES, Row, waves
 from thesislib.lap.setups import Setup, Solved, Start, told
 from thesislib.ocp.storage import save
 
@@ -23,9 +22,12 @@ TOLERANCE = 1e-4
 
 _ADJUSTED = "adjusted "
 
-# Solves on the way are drafts on one mesh, whose errors the last solve refines.
-SHORT_WAY = replace(SETTINGS, tolerance=0.9, optimality=1e-6, draft=None)
-LONG_WAY = replace(SHORT_WAY, ipopt={"mu_init": 1e-4})
+# Solves on the way are drafts on one mesh, whose errors the last solve refines. A row near its parent starts
+# with all multipliers and a barrier that has nearly vanished. Where the car stands on the road changes which
+# constraints hold along the whole lap: then the parent's multipliers mislead, and a larger barrier lets
+# constraints change sides.
+NEAR = replace(SETTINGS, tolerance=0.9, optimality=1e-6, draft=None)
+FAR = replace(NEAR, ipopt={"mu_init": 1e-2})
 
 
 @dataclass(frozen=True)
@@ -183,32 +185,38 @@ def continued_row(
     name: str,
     steps: Sequence[Mapping[str, float]] = (),
 ) -> Lap:
-    """Solve the lap of a row from its parent's lap; arguments as of `solved_row`.
+    """Solve the lap of a row from its parent's lap; arguments and errors as of `solved_row`.
 
-    The first solve, on the parent's mesh, goes the long way, from one optimum to another: it starts with a
-    barrier that lets constraints change sides. The refinements after it start where the last one ended.
+    The first solves, on the parent's mesh, go the way from one optimum to the other; the last one refines.
     """
     parent = start.lap()
     units = start.setup.units()
     solution, mesh = parent.solution, None
-    if parent.solution.tolerance < tolerance:
+    if solution.tolerance < tolerance:
         mesh = ocp.coarsened(solution.mesh, solution.estimate.by_interval, tolerance)
-    begun = {CONTINUOUS_BALANCE: 0.0} if setup.continuous_balance else {}
     history: list[ocp.MeshRecord] = []
-    for held in steps:
-        between = replace(
-            setup, free={one: (min(value, 0.0), max(value, 0.0)) for one, value in held.items()}
-        )
-        problem = between.problem(f"{name}, {held}", units=units)
-        solution = ocp.solve(problem, ocp.Related(solution, {**begun, **held}), mesh, SHORT_WAY)
+    known = {*parent.adjustments, *parent.solution.problem.names["controls"]}
+    for held in (*steps, None):
+        way = setup if held is None else replace(setup, free=_up_to(held))
+        problem = way.problem(name if held is None else f"{name}, on the way", units=units)
+        added = [q.name for q in (*problem.parameters, *problem.controls) if q.name not in known]
+        values = dict.fromkeys(added, 0.0) | dict(held or {})
+        far = held is None and is_far(start.setup, setup)
+        related = ocp.Related(solution, values, multipliers=not far)
+        solution = ocp.solve(problem, related, mesh, FAR if far else NEAR)
         history += solution.history
-        mesh, begun = None, {}
-    problem = setup.problem(name, units=units)
-    start_values = {one.name: 0.0 for one in problem.parameters if one.name not in parent.adjustments}
-    if not steps:
-        begun |= start_values
-    solution = ocp.solve(problem, ocp.Related(solution, begun), mesh, SHORT_WAY if steps else LONG_WAY)
-    history += solution.history
+        mesh, known = None, known | set(added)
     solution = ocp.solve(problem, solution, None, SETTINGS, tolerance=tolerance)
     solution = replace(solution, history=(*history, *solution.history))
     return Lap(name, setup.road(), setup.car(), solution, setup.ranges)
+
+
+def is_far(parent: Setup, setup: Setup) -> bool:
+    """Whether a set-up stands otherwise on the road than the one it starts from, or has a wider map."""
+    posture = {*HEIGHTS, *STIFFNESSES} & set(setup.free) - set(parent.free)
+    return bool(posture) or parent.readings != setup.readings or parent.ranges != setup.ranges
+
+
+def _up_to(held: Mapping[str, float]) -> dict[str, tuple[float, float]]:
+    """Return bounds from zero to values: an optimum beyond them stays at them."""
+    return {name: (min(value, 0.0), max(value, 0.0)) for name, value in held.items()}

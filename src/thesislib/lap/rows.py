@@ -1,8 +1,8 @@
 """The rows of Table 4.2: what each optimises, and from which row its solve begins.
 
-Every row has an optimum some hundredths of a second away from others of the same problem, into which a
-cold solve may fall. A row therefore starts from a row that differs from it by little: the adjustments come one
-after another, and its parent's lap is a lap that it could drive.
+Every row has optima some hundredths of a second away from its best, into which a cold solve may fall. A row
+therefore starts from a row that differs from it by little: the adjustments come one after another, and its
+parent's lap is a lap that it could drive.
 """
 
 from __future__ import annotations
