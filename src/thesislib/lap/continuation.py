@@ -213,7 +213,7 @@ def continued_row(
 
 def is_far(parent: Setup, setup: Setup) -> bool:
     """Whether a set-up stands otherwise on the road than the one it starts from, or has a wider map."""
-    posture = {*HEIGHTS, *STIFFNESSES} & set(setup.free) - set(parent.free)
+    posture = {*HEIGHTS, *STIFFNESSES} & (set(setup.free) ^ set(parent.free))
     return bool(posture) or parent.readings != setup.readings or parent.ranges != setup.ranges
 
 

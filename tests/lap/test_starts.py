@@ -1,0 +1,71 @@
+"""The study of other starts: what it keeps, and what a failed start is to it."""
+
+import json
+import math
+
+import pytest
+
+from thesislib.lap import starts
+from thesislib.lap.continuation import solve_rows
+from thesislib.lap.rows import LETTERS, rows
+
+LOOSE = 5e-2
+
+
+@pytest.fixture(scope="module")
+def told(start, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("starts")
+    every = rows(start.setup)
+    with pytest.MonkeyPatch.context() as environment:
+        environment.setenv("THESIS_STORE", str(folder / "store"))
+        solved = solve_rows({name: every[name] for name in ("C", "H", "I")}, start, folder, tolerance=LOOSE)
+        environment.setattr(starts, "OTHER_PARENT", dict.fromkeys(LETTERS, "C") | {"C": "I", "I": "H"})
+        yield solved, starts.study(solved, 14.0), folder
+
+
+def test_every_row_has_three_starts_that_agree_or_say_why_not(told):
+    solved, rows_told, _ = told
+    assert set(rows_told) == {"C", "H", "I"}
+    for letter, entries in rows_told.items():
+        assert set(entries) == {starts.CHAIN, starts.OTHER, starts.COLD}
+        assert entries[starts.CHAIN]["lap_time"] == solved[letter].lap_time
+        times = [entry["lap_time"] for entry in entries.values() if "lap_time" in entry]
+        # laps of 20 s on meshes of 5 % error: the starts find the same lap to a per cent
+        assert len(times) >= 2
+        assert max(times) - min(times) < 0.01 * min(times)
+
+
+def test_the_result_is_kept_and_read(told, tmp_path):
+    _, rows_told, _ = told
+    path = starts.write(rows_told, tmp_path)
+    assert path == tmp_path / starts.FILE
+    content = json.loads(path.read_text(encoding="utf-8"))
+    assert len(content["source"]) >= 16 and content["command"] == "make study-table-4-2"
+    kept = starts.StoredStudy.read(tmp_path)
+    times = kept.lap_times("H")
+    assert kept.best("H") == min(times.values())
+    with pytest.raises(KeyError, match=r"the study of Table 4\.2 has no parameter Z"):
+        kept.lap_times("Z")
+
+
+def test_a_start_without_a_lap_is_told_and_not_the_best(tmp_path):
+    entries = {
+        starts.CHAIN: {"lap_time": 84.2, "error": 9e-5, "iterations": 200, "seconds": 40.0},
+        starts.COLD: {"failed": "SolveError: IPOPT stopped with 1000 iterations"},
+    }
+    starts.write({"D": entries}, tmp_path)
+    kept = starts.StoredStudy.read(tmp_path)
+    assert math.isnan(kept.lap_times("D")[starts.COLD])
+    assert kept.best("D") == 84.2
+
+
+def test_a_study_that_was_not_run_says_how_to(tmp_path):
+    with pytest.raises(FileNotFoundError, match="make study-table-4-2"):
+        starts.StoredStudy.read(tmp_path)
+
+
+def test_the_kept_study_has_every_row():
+    kept = starts.StoredStudy.read()
+    assert tuple(kept.rows) == LETTERS
+    for letter in LETTERS:
+        assert kept.best(letter) < 86.0
