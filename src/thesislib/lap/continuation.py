@@ -15,6 +15,7 @@ from thesislib import ocp, studies
 from thesislib.lap.minimum_time import SETTINGS, Lap
 from thesislib.lap.rows import BASE, HEIGHTS, STIFFNESSES, Row, waves
 from thesislib.lap.setups import Setup, Solved, Start, told
+from thesislib.ocp.goal import resisting
 from thesislib.ocp.storage import save
 
 TOLERANCE = 1e-4
@@ -28,6 +29,14 @@ _ADJUSTED = "adjusted "
 # constraints change sides.
 NEAR = replace(SETTINGS, tolerance=0.9, optimality=1e-6, draft=None)
 FAR = replace(NEAR, ipopt={"mu_init": 1e-2})
+REFINING = replace(NEAR, meshes=4)
+POLISHED = replace(NEAR, optimality=SETTINGS.optimality)
+
+MOST_RESISTING = 6
+"""Mesh intervals of a row that may stay above its tolerance after `REFINING` …"""
+
+LARGEST_EFFECT_S = 1e-3
+"""… if what their errors can be worth in lap time, s, is bounded by this in all."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +53,9 @@ class SolvedRow:
         s.
     error : float
         Largest relative state error (2.162).
+    resisting : str
+        Mesh intervals whose error stayed above the row's tolerance, with a bound in s on their effect on the
+        lap time; empty if there are none.
     adjustments : mapping of str to float
         What the optimiser has chosen, SI.
     solved : Solved
@@ -56,6 +68,7 @@ class SolvedRow:
     start: Start
     lap_time: float
     error: float
+    resisting: str
     adjustments: Mapping[str, float]
     solved: Solved
     stored: bool
@@ -130,7 +143,8 @@ def _taken(row: Row, start: Start, result: studies.Result) -> SolvedRow:
         if key.startswith(_ADJUSTED)
     }
     lap_time, error = float(result["lap_time"]), float(result["error"])
-    return SolvedRow(row, start, lap_time, error, chosen, Solved.of(result), result.stored)
+    kept = str(result["resisting"])
+    return SolvedRow(row, start, lap_time, error, kept, chosen, Solved.of(result), result.stored)
 
 
 def solved_row(
@@ -158,13 +172,14 @@ def solved_row(
     Returns
     -------
     dict
-        ``file``, the lap as the bytes of a stored solution; ``lap_time`` s; ``error``; ``adjusted …`` for
-        everything that was adjusted, SI; and what `told` says of the solve.
+        ``file``, the lap as the bytes of a stored solution; ``lap_time`` s; ``error``; ``resisting``;
+        ``adjusted …`` for everything that was adjusted, SI; and what `told` says of the solve.
 
     Raises
     ------
     ocp.SolveError
-        If the solver did not finish or the error estimate stays above tolerance.
+        If the solver did not finish, or the error estimate stays above tolerance in more than a few mesh
+        intervals, or what they can be worth is not small.
     """
     lap = continued_row(setup, start, tolerance, name, steps)
     with tempfile.TemporaryDirectory() as folder:
@@ -173,6 +188,7 @@ def solved_row(
         "file": np.frombuffer(content, dtype=np.uint8),
         "lap_time": lap.time,
         "error": lap.solution.error,
+        "resisting": "; ".join(map(str, resisting(lap.solution, tolerance))),
         **{_ADJUSTED + one: value for one, value in lap.adjustments.items() if one in setup.free},
         **told(lap.solution),
     }
@@ -206,8 +222,18 @@ def continued_row(
         solution = ocp.solve(problem, related, mesh, FAR if far else NEAR)
         history += solution.history
         mesh, known = None, known | set(added)
-    solution = ocp.solve(problem, solution, None, SETTINGS, tolerance=tolerance)
-    solution = replace(solution, history=(*history, *solution.history))
+    refined = ocp.solve(problem, solution, None, REFINING, tolerance=tolerance, accept_best=True)
+    polished = ocp.solve(problem, refined, None, POLISHED)
+    history += [*refined.history, *polished.history]
+    kept = resisting(polished, tolerance)
+    if len(kept) > MOST_RESISTING or sum(each.bound for each in kept) > LARGEST_EFFECT_S:
+        worst = max(kept, key=lambda each: each.error)
+        raise ocp.SolveError(
+            f"{name}: {len(kept)} mesh intervals stay above the tolerance of {tolerance:g} after "
+            f"{len(refined.history)} meshes, the worst at s = {worst} s of lap time",
+            polished,
+        )
+    solution = replace(polished, tolerance=tolerance, history=tuple(history))
     return Lap(name, setup.road(), setup.car(), solution, setup.ranges)
 
 
