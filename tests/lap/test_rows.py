@@ -13,6 +13,7 @@ from thesislib.lap.rows import (
     RAW,
     RECONCILED,
     Row,
+    own_row,
     printed_range,
     raw,
     rows,
@@ -93,3 +94,33 @@ def test_what_moves_the_car_on_the_road_is_far(every):
     assert not is_far(setups["D"], setups["K"])
     assert not is_far(setups["C"], setups["M"])
     assert not is_far(setups["C"], replace(setups["C"], metamodel="reconciled"))
+
+
+BOUNDS = {"dh_f": 0.005, "dh_r": 0.02, "dK_h_front": 1e5, "dK_h_rear": 1e5, "a_off": 0.1, "u_CoP": 0.2}
+
+
+def test_a_row_of_ones_own_differs_by_its_bounds_only(every):
+    own = own_row(every["D"], BOUNDS)
+    assert own.parent == "D" and own.reference == "C" and own.letter == "D"
+    assert own.setup == replace(every["D"].setup, free={"dh_f": (-0.005, 0.005), "dh_r": (-0.02, 0.02)})
+    assert not is_far(every["D"].setup, own.setup)
+    assert own_row(every["Q"], BOUNDS).setup.continuous_balance == 0.2
+    assert own_row(every["C"], BOUNDS).setup == every["C"].setup
+
+
+def test_a_row_of_ones_own_on_another_suspension_has_another_reference(every):
+    assert own_row(every["D"], BOUNDS, metamodel="table_3_2").reference == raw("C")
+    assert own_row(every["F"], BOUNDS).reference == RECONCILED
+    wide = own_row(every["D"], BOUNDS, beta_max=0.2)
+    assert wide.setup.ranges == replace(MAP_RANGES, beta=0.2)
+
+
+def test_a_row_that_cannot_be_is_refused(every):
+    with pytest.raises(KeyError, match="row H adjusts dC_L_front_delta2, for which no bound is given"):
+        own_row(every["H"], BOUNDS)
+    with pytest.raises(
+        ValueError, match="dK_h_front changes K_h_front, which this car's suspension does not"
+    ):
+        own_row(every["E"], BOUNDS, metamodel="table_3_1")
+    with pytest.raises(ValueError, match=r"beta_max = 3 rad of the aerodynamic map is outside"):
+        own_row(every["G"], dict.fromkeys(every["G"].setup.free, 1.0), beta_max=3.0)

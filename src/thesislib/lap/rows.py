@@ -10,8 +10,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import cast
 
-from thesislib.lap.adjustments import AXLES, BALANCE, MapRanges, bounds_of
+from thesislib.lap.adjustments import (
+    AXLES,
+    BALANCE,
+    CONTINUOUS_BALANCE,
+    MapRanges,
+    bounds_of,
+    parameters,
+)
 from thesislib.lap.setups import Setup, Suspension
 
 HEIGHTS = ("dh_f", "dh_r")
@@ -145,6 +153,55 @@ def rows(base: Setup) -> dict[str, Row]:
         wide = replace(row.setup, ranges=PRINTED_RANGE)
         by_name[printed_range(letter)] = Row(printed_range(letter), row.what, wide, letter)
     return _in_order(by_name)
+
+
+def own_row(
+    row: Row,
+    bounds: Mapping[str, float],
+    *,
+    metamodel: str = "as_the_row",
+    beta_max: float | None = None,
+) -> Row:
+    """Return a row of Table 4.2 with other bounds; it starts from the row's own lap.
+
+    Parameters
+    ----------
+    row : Row
+        The row.
+    bounds : mapping of str to float
+        Largest size of each adjustment and of `CONTINUOUS_BALANCE`, SI; what the row does not adjust is not
+        read.
+    metamodel : {"as_the_row", "table_3_1", "table_3_2", "reconciled"}
+        Suspension.
+    beta_max : float, optional
+        Range of side slip in (4.30), rad; by default the row's.
+
+    Returns
+    -------
+    Row
+
+    Raises
+    ------
+    KeyError
+        If an adjustment of the row has no bound.
+    ValueError
+        If the row adjusts what this suspension does not have, or a value is out of range.
+    """
+    setup = row.setup
+    free = {}
+    for name in setup.free:
+        if name not in bounds:
+            raise KeyError(f"row {row.name} adjusts {name}, for which no bound is given.")
+        free[name] = (-bounds[name], bounds[name])
+    ranges = setup.ranges if beta_max is None else replace(setup.ranges, beta=beta_max)
+    own = replace(setup, free=free, ranges=ranges)
+    if setup.continuous_balance:
+        own = replace(own, continuous_balance=bounds[CONTINUOUS_BALANCE])
+    if metamodel != "as_the_row":
+        own = replace(own, metamodel=cast(Suspension, metamodel))  # the set-up refuses others
+    parameters(own.free, own.car().values)  # refuses what this suspension does not have
+    reference = {"table_3_1": "C", "table_3_2": raw("C"), "reconciled": RECONCILED}[own.metamodel]
+    return Row(f"{row.letter} with own bounds", row.what, own, row.name, reference)
 
 
 def adjustable(setup: Setup, free: Mapping[str, tuple[float, float]]) -> Setup:
