@@ -78,32 +78,32 @@ BALANCE_STEPS = (0.05, 0.10, 0.15)
 """Balances through which row (M) is reached: a quarter of the iterations of one step."""
 
 _TABLE: dict[str, tuple[str, tuple[str, ...], Suspension, str]] = {
-    "A": ("rigid suspension, no angular sensitivities", (), "table_3_1", "B"),
-    "B": ("rigid suspension", (), "table_3_1", "C"),
+    "A": ("rigid, no sensitivities", (), "table_3_1", "B"),
+    "B": ("rigid", (), "table_3_1", "C"),
     "D": ("ride heights", HEIGHTS, "table_3_1", "C"),
-    "E": ("heave stiffnesses", STIFFNESSES, "reconciled", RECONCILED),
-    "F": ("heave stiffnesses and ride heights", (*STIFFNESSES, *HEIGHTS), "reconciled", "D"),
+    "E": ("heave stiffness", STIFFNESSES, "reconciled", RECONCILED),
+    "F": ("heave stiffness, heights", (*STIFFNESSES, *HEIGHTS), "reconciled", "D"),
     "G": ("side-slip sensitivity", SIDE_SLIP, "table_3_1", "C"),
     "H": ("steer sensitivity", STEER, "table_3_1", "C"),
     "I": ("roll sensitivity", ROLL, "table_3_1", "C"),
-    "J": ("all angular sensitivities", ANGULAR, "table_3_1", "G"),
-    "K": ("angular sensitivities and ride heights", (*ANGULAR, *HEIGHTS), "table_3_1", "D"),
+    "J": ("all sensitivities", ANGULAR, "table_3_1", "G"),
+    "K": ("sensitivities, heights", (*ANGULAR, *HEIGHTS), "table_3_1", "D"),
     "L": (
-        "angular sensitivities, ride heights, stiffnesses",
+        "sensitivities, heights, stiffness",
         (*ANGULAR, *HEIGHTS, *STIFFNESSES),
         "reconciled",
         "K",
     ),
-    "M": ("aerodynamic balance", (BALANCE,), "table_3_1", "C"),
-    "N": ("balance and ride heights", (BALANCE, *HEIGHTS), "table_3_1", "M"),
-    "O": ("balance and angular sensitivities", (BALANCE, *ANGULAR), "table_3_1", "M"),
+    "M": ("balance", (BALANCE,), "table_3_1", "C"),
+    "N": ("balance, heights", (BALANCE, *HEIGHTS), "table_3_1", "M"),
+    "O": ("balance, sensitivities", (BALANCE, *ANGULAR), "table_3_1", "M"),
     "P": (
-        "angular sensitivities, ride heights, stiffnesses, balance",
+        "all of these",
         (*ANGULAR, *HEIGHTS, *STIFFNESSES, BALANCE),
         "reconciled",
         "N",
     ),
-    "Q": ("balance free at every point", (), "table_3_1", "C"),
+    "Q": ("balance along the lap", (), "table_3_1", "C"),
 }
 
 RAW = ("C", "D", "E", "F", "L", "P")
@@ -131,8 +131,8 @@ def rows(base: Setup) -> dict[str, Row]:
         Of row (C).
     """
     found = [
-        Row("C", "baseline with suspension", base, BASE),
-        Row(RECONCILED, "baseline, reconciled suspension", replace(base, metamodel="reconciled"), "C"),
+        Row("C", "baseline", base, BASE),
+        Row(RECONCILED, "baseline, reconciled", replace(base, metamodel="reconciled"), "C"),
     ]
     for letter, (what, names, suspension, parent) in _TABLE.items():
         reference = "C" if suspension == "table_3_1" else RECONCILED
