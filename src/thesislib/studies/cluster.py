@@ -32,7 +32,7 @@ if TYPE_CHECKING:  # it takes half a second to import, and most studies are loca
 
 __all__ = ["ClusterError", "check", "compute", "scheduler_address"]
 
-_CONNECT_S = 5.0
+_CONNECT_S = 10.0
 _FIRST_WORKER_S = 10.0
 _NEW_WORKER_S = 60.0
 _POLL_S = 0.05
