@@ -16,6 +16,7 @@ import pickle
 import time
 import traceback
 import uuid
+import warnings
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -179,12 +180,18 @@ def _connected(address: str) -> Iterator[Client]:
     try:
         with ThreadPoolExecutor(1) as thread:  # a notebook's own thread has a running event loop already
             thread.submit(asyncio.run, _greeting(address)).result()
-        client = Client(address, timeout=_CONNECT_S, set_as_default=False)
+        with warnings.catch_warnings(
+            record=True
+        ) as said:  # of versions that differ: for the log, not the page
+            warnings.simplefilter("always")
+            client = Client(address, timeout=_CONNECT_S, set_as_default=False)
     except Exception as error:  # refused, timed out, unknown host, no scheduler, another protocol
         raise ClusterError(
             f"No Dask scheduler answers at {address} within {_CONNECT_S:g} s ({_sentence(error)}). "
             "`dask scheduler` starts one and says its address."
         ) from error
+    for warning in said:
+        _log.warning("%s", warning.message)
     try:
         _compare_sources(client, address)
         yield client
