@@ -36,7 +36,7 @@ def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "environment-pip.txt").write_text("")
     (tmp_path / "book/04_lap.md").write_text(CHAPTER.format(id="04"))
     (tmp_path / "book/appendix_b.md").write_text(CHAPTER.format(id="B"))
-    for name in ("THESIS_JOBS", "THESIS_SLOTS"):
+    for name in ("THESIS_JOBS", "THESIS_SLOTS", "THESIS_SCHEDULER"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("THESIS_ROOT", str(tmp_path))
     return tmp_path
@@ -89,6 +89,21 @@ def test_a_wrong_number_of_jobs_is_refused(
     monkeypatch.setenv("THESIS_JOBS", "many")
     assert main(["run", "04"]) == 2
     assert capsys.readouterr().err == "thesis: THESIS_JOBS = 'many' is not a whole number from 1 to 1024.\n"
+
+
+def test_a_cluster_that_cannot_be_used_is_refused_before_anything_starts(
+    root: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("thesislib.studies.cluster._CONNECT_S", 0.5)
+    for said, sentence in (
+        ("localhost", "THESIS_SCHEDULER = 'localhost' is no address of a Dask scheduler"),
+        ("tcp://127.0.0.1:1", "No Dask scheduler answers at tcp://127.0.0.1:1"),
+    ):
+        monkeypatch.setenv("THESIS_SCHEDULER", said)
+        assert main(["run", "04"]) == 2
+        error = capsys.readouterr().err
+        assert error.startswith(f"thesis: {sentence}") and error.count("\n") == 1
+    assert not (root / "_build").exists(), "nothing was started"
 
 
 def test_a_folder_that_is_no_project_is_refused(

@@ -71,8 +71,8 @@ def root(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / provenance.LOCK).write_text("")
     monkeypatch.setenv("THESIS_ROOT", str(tmp_path))
     monkeypatch.setenv("THESIS_JOBS", "2")
-    for name in ("THESIS_SLOTS", "THESIS_STORE", "THESIS_FROM_SOLUTION", "THESIS_FRESH", "THESIS_LOG"):
-        monkeypatch.delenv(name, raising=False)
+    for name in ("SLOTS", "STORE", "FROM_SOLUTION", "FRESH", "LOG", "SCHEDULER"):
+        monkeypatch.delenv(f"THESIS_{name}", raising=False)
     monkeypatch.setattr(provenance._watch, "elsewhere", provenance.Usage())
     return tmp_path
 

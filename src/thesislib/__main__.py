@@ -138,16 +138,23 @@ def _run(options: argparse.Namespace) -> int:
     from thesislib import studies
     from thesislib.companion import runner
     from thesislib.companion.orders import Order
+    from thesislib.studies import cluster
 
     try:
         studies.jobs()
-    except ValueError as error:
+        scheduler = cluster.scheduler_address()
+    except (ValueError, studies.ClusterError) as error:
         raise InputError(str(error)) from error
     orders = [Order(each, values, options.from_solution, options.again) for each in wanted]
     due = [each for each in orders if options.again or options.from_solution or each.staleness() is not None]
     for order in orders:
         if order not in due:
             print(f"{order.name}: is current")
+    if due and scheduler is not None:
+        try:
+            cluster.check(scheduler)
+        except studies.ClusterError as error:
+            raise InputError(str(error)) from error
     reports = runner.run(due, _say)
     for report in reports:
         if report.failure is None:

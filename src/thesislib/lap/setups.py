@@ -182,9 +182,16 @@ class Start:
 
         Raises
         ------
-        FileNotFoundError, ocp.ProblemError
+        FileNotFoundError
+            If it is not there: it was never solved, or this machine does not share its folder.
+        ocp.ProblemError
             As `thesislib.ocp.storage.load`.
         """
+        if not Path(self.path).is_file():
+            raise FileNotFoundError(
+                f"{name} is to be read from {self.path}, and there is no such file on this machine. "
+                "`Start.solve` writes it; workers on other machines need its folder on a shared file system."
+            )
         solution = load(self.setup.problem(name), self.path)
         return Lap(name, self.setup.road(), self.setup.car(), solution, self.setup.ranges)
 

@@ -1,38 +1,37 @@
-"""Independent cases in worker processes.
+"""Independent cases in worker processes, or on a Dask cluster (`thesislib.studies.cluster`).
 
-Workers are *spawned*, not forked: a fork copies a process in which CasADi, BLAS or the notebook kernel
+Local workers are *spawned*, not forked: a fork copies a process in which CasADi, BLAS or the notebook kernel
 may hold locks in other threads, and the copy then waits for them for ever. A spawned worker imports
 what it needs, so the function of a study has to live in a module.
 
 A study computes one case in the slot its caller already holds and takes further slots as they become
 free (`thesislib.studies.slots`). Each worker stores its case at once, so a study that was killed
-resumes where it was.
+resumes where it was, be it here or on a cluster.
 """
 
 from __future__ import annotations
 
-import inspect
-import logging
 import multiprocessing
 import os
 import signal
 import threading
-import time
 import traceback
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
 from thesislib import provenance
+from thesislib.studies import cluster, work
+from thesislib.studies.remote import Order
 from thesislib.studies.slots import Slot, Slots, slots
-from thesislib.studies.store import Result, Value, entry, load, save
+from thesislib.studies.store import Result, entry, load, save
 
-__all__ = ["StudyError", "log_to_run", "run"]
+__all__ = ["StudyError", "run"]
 
 _POLL_S = 0.2
 _SPAWN = multiprocessing.get_context("spawn")
@@ -58,11 +57,12 @@ class StudyError(RuntimeError):
 
 def run(
     cases: Mapping[str, Mapping[str, Any]],
-    function: Callable[..., Mapping[str, Value]],
+    function: work.Function,
     *,
     jobs: int | None = None,
     store: bool = True,
     key: Any = None,
+    scheduler: str | None = None,
 ) -> dict[str, Result]:
     """Compute independent cases side by side.
 
@@ -73,12 +73,15 @@ def run(
     function : callable
         Computes a case: a mapping of numbers, texts, booleans and arrays. It lives in a module.
     jobs : int, optional
-        At most so many cases at a time; by default as many as there are slots.
+        At most so many cases at a time; by default as many as there are slots, or as the cluster takes.
     store : bool
         Whether finished cases are stored, and those stored earlier under the same key taken up.
         ``THESIS_FRESH=1`` (``thesis run --again``) computes them anew all the same.
     key : object, optional
         What the results depend on besides the arguments, the sources and the data.
+    scheduler : str, optional
+        Address of a Dask scheduler, ``tcp://host:8786``; by default ``THESIS_SCHEDULER``. Without either,
+        or with an empty text, the cases are computed by processes on this machine.
 
     Returns
     -------
@@ -89,41 +92,26 @@ def run(
     ------
     StudyError
         If cases failed: after the others have finished, naming each.
+    ClusterError
+        If the cluster cannot be used: before anything is computed; or is lost, after that.
     TypeError
         If the function does not live in a module, or a case cannot be part of a key.
     ValueError
-        If `jobs` is below 1.
+        If `jobs` is below 1, or `scheduler` is no address.
     """
     if jobs is not None and jobs < 1:
         raise ValueError(f"jobs = {jobs}; a study needs at least 1.")
+    address = cluster.scheduler_address(scheduler)
     study = _Study(_name(function), function, _files(cases, function, key) if store else {})
-    results = study.finished(cases)
-    study.compute({name: inputs for name, inputs in cases.items() if name not in results}, results, jobs)
+    study.take_up(cases)
+    unfinished = {name: inputs for name, inputs in cases.items() if name not in study.results}
+    if unfinished and address is not None:
+        study.compute_on(address, unfinished, jobs)
+    else:
+        study.compute(unfinished, jobs)
     if study.failures:
         raise StudyError(study.failures, len(cases))
-    return {name: results[name] for name in cases}
-
-
-def log_to_run(prefix: str = "") -> None:
-    """Send this process's progress lines to the run's log, ``THESIS_LOG``, if it is in a run.
-
-    Parameters
-    ----------
-    prefix : str
-        Stands before each line; a study's worker names its case.
-    """
-    path = os.environ.get("THESIS_LOG")
-    if not path:
-        return
-    log = logging.getLogger("thesislib")
-    for handler in list(log.handlers):
-        log.removeHandler(handler)
-        handler.close()
-    handler = logging.FileHandler(path, mode="a", encoding="utf-8")
-    handler.setFormatter(logging.Formatter(prefix.replace("%", "%%") + "%(message)s"))
-    log.addHandler(handler)
-    log.setLevel(logging.INFO)
-    log.propagate = False  # nothing of it is for the page
+    return {name: study.results[name] for name in cases}
 
 
 def _name(function: Callable[..., Any]) -> str:
@@ -137,8 +125,8 @@ def _name(function: Callable[..., Any]) -> str:
 
 
 def _files(cases: Mapping[str, Mapping[str, Any]], function: Callable[..., Any], key: Any) -> dict[str, Path]:
-    """Return where each case is stored."""
-    source = provenance.source_hash() + provenance.file_hash(Path(inspect.getfile(function)))
+    """Return where each case is stored, without suffix."""
+    source = "".join(work.sources(function))
     called = _name(function)
     return {
         name: entry(f"{function.__name__} {name}", [called, dict(inputs), key], source)
@@ -165,24 +153,51 @@ class _Worker:
 
 
 class _Study:
-    def __init__(self, name: str, function: Callable[..., Any], files: Mapping[str, Path]) -> None:
+    def __init__(self, name: str, function: work.Function, files: Mapping[str, Path]) -> None:
         self.name = name
         self.function = function
         self.files = files
+        self.results: dict[str, Result] = {}
         self.failures: dict[str, str] = {}
         self.workers: list[_Worker] = []
 
-    def finished(self, cases: Mapping[str, Any]) -> dict[str, Result]:
-        """Return the cases that are stored already."""
+    def take_up(self, cases: Mapping[str, Any]) -> None:
+        """Take up the cases that are stored already."""
         if os.environ.get("THESIS_FRESH") == "1":
-            return {}
+            return
         found = {name: load(self.files[name]) for name in cases if name in self.files}
-        return {name: result for name, result in found.items() if result is not None}
+        self.results |= {name: result for name, result in found.items() if result is not None}
 
-    def compute(
-        self, cases: Mapping[str, Mapping[str, Any]], results: dict[str, Result], jobs: int | None
-    ) -> None:
-        """Compute cases into `results` and `failures`."""
+    def take(self, case: str, answer: work.Answer) -> None:
+        """Take what came of a case."""
+        provenance.merge(answer.used)
+        if answer.failure is None:
+            self.results[case] = Result(answer.values, stored=False, seconds=answer.seconds)
+        else:
+            self.failures[case] = answer.failure
+
+    def compute_on(self, address: str, cases: Mapping[str, Mapping[str, Any]], jobs: int | None) -> None:
+        """Compute cases on a cluster, and store those that the workers may have stored elsewhere only."""
+        for folder in {file.parent for file in self.files.values()}:
+            folder.mkdir(parents=True, exist_ok=True)  # workers store where they find it
+
+        def keep(case: str, answer: work.Answer) -> None:
+            if answer.failure is None and case in self.files:
+                try:
+                    save(self.files[case], answer.values, answer.seconds, answer.used)
+                except TypeError:
+                    answer = replace(answer, failure=traceback.format_exc())
+            self.take(case, answer)
+
+        sources = work.sources(self.function)
+        orders = {
+            case: Order.of(case, self.function, inputs, self.files.get(case), sources)
+            for case, inputs in cases.items()
+        }
+        cluster.compute(address, orders, jobs, keep)
+
+    def compute(self, cases: Mapping[str, Mapping[str, Any]], jobs: int | None) -> None:
+        """Compute cases in processes on this machine."""
         pool, pending = slots(), deque(cases)
         limit = min(len(cases), jobs or pool.count)
         try:
@@ -191,7 +206,7 @@ class _Study:
                     self._give(self.workers[-1], pending.popleft(), cases)
                 ready = wait([worker.pipe for worker in self.workers], timeout=_POLL_S)
                 for worker in [worker for worker in self.workers if worker.pipe in ready]:
-                    self._receive(worker, results)
+                    self._receive(worker)
                     if worker.case is None and pending:
                         self._give(worker, pending.popleft(), cases)
                     elif worker.case is None:
@@ -219,23 +234,19 @@ class _Study:
         worker.case = case
         worker.pipe.send((case, dict(cases[case]), self.files.get(case)))
 
-    def _receive(self, worker: _Worker, results: dict[str, Result]) -> None:
+    def _receive(self, worker: _Worker) -> None:
         """Take a worker's answer, or note that it died; a dead one is replaced by the next start."""
         case = worker.case
         assert case is not None, "only a worker with a case answers"
         try:
-            values, seconds, used, failure = worker.pipe.recv()
+            answer = worker.pipe.recv()
         except (EOFError, ConnectionResetError):
             worker.process.join()
             self.failures[case] = f"its process ended with exit code {worker.process.exitcode}"
             self._dismiss(worker)
             return
         worker.case = None
-        provenance.merge(used)
-        if failure is None:
-            results[case] = Result(values, stored=False, seconds=seconds)
-        else:
-            self.failures[case] = failure
+        self.take(case, answer)
 
     def _dismiss(self, worker: _Worker) -> None:
         self.workers.remove(worker)
@@ -245,8 +256,8 @@ class _Study:
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
     """Have the processes started inside use one BLAS thread each, unless told otherwise."""
-    ours = {"OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"} - set(os.environ)
-    os.environ.update(dict.fromkeys(ours, "1"))
+    ours = {name: value for name, value in work.ONE_THREAD.items() if name not in os.environ}
+    os.environ.update(ours)
     try:
         yield
     finally:
@@ -254,7 +265,7 @@ def _one_thread_each() -> Iterator[None]:
             del os.environ[name]
 
 
-def _work(pipe: Connection, function: Callable[..., Mapping[str, Value]]) -> None:
+def _work(pipe: Connection, function: work.Function) -> None:
     """Compute cases until the study ends; the body of a worker process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the study's process answers Ctrl-C, for all
     threading.Thread(target=_die_with_parent, daemon=True).start()
@@ -264,19 +275,8 @@ def _work(pipe: Connection, function: Callable[..., Mapping[str, Value]]) -> Non
             case, inputs, file = pipe.recv()
         except EOFError:  # the study's process is gone
             return
-        log_to_run(f"{case}: ")
-        values: dict[str, Value] = {}
-        failure = None
-        started = time.perf_counter()
-        try:
-            values = dict(function(**inputs))
-            seconds = time.perf_counter() - started
-            if file is not None:
-                save(file, values, seconds)
-        except Exception:
-            seconds = time.perf_counter() - started
-            failure = traceback.format_exc()
-        pipe.send((values, seconds, provenance.usage(), failure))
+        work.log_to_run(f"{case}: ")
+        pipe.send(work.computed(function, inputs, file))
 
 
 def _die_with_parent() -> None:

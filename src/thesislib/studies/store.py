@@ -109,8 +109,10 @@ def entry(name: str, inputs: Any, source: str) -> Path:
     return folder() / f"{slug or 'solution'}-{key[:32]}"
 
 
-def save(path: Path, values: Mapping[str, Value], seconds: float) -> None:
-    """Store a solution with what this process has used to compute it.
+def save(
+    path: Path, values: Mapping[str, Value], seconds: float, used: provenance.Usage | None = None
+) -> None:
+    """Store a solution with what has been used to compute it.
 
     Parameters
     ----------
@@ -120,6 +122,8 @@ def save(path: Path, values: Mapping[str, Value], seconds: float) -> None:
         Numbers, texts, booleans and arrays by name.
     seconds : float
         Time it took, s.
+    used : Usage, optional
+        Modules and data files; by default those of this process.
 
     Raises
     ------
@@ -150,7 +154,7 @@ def save(path: Path, values: Mapping[str, Value], seconds: float) -> None:
         "scalars": scalars,
         "arrays": list(arrays),
         "seconds": seconds,
-        "used": provenance.usage().as_lists(),
+        "used": (used or provenance.usage()).as_lists(),
     }
     # written last: a solution without this file does not exist
     provenance.write_atomically(path.with_name(f"{path.name}.json"), json.dumps(content, indent=1))
