@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import splu
 
+from thesislib.ocp.factors import Factors
 from thesislib.ocp.problem import ProblemError, Quantity
 from thesislib.ocp.quadrature import Array
 from thesislib.ocp.system import AnySolution, Collocated, System, iterates_of, parts
@@ -129,26 +129,38 @@ class FirstOrder:
                 yield Stationarity(f"{prefix}{quantity.name}", place, scaled * scale, quantity.unit, scaled)
 
     @cached_property
-    def factors(self) -> tuple[object, np.ndarray]:
-        """LU factors of the matrix of the first-order system, and which variables are free.
+    def free(self) -> np.ndarray:
+        """Which variables are free: those whose bounds differ."""
+        return self.programme.lower < self.programme.upper
 
-        The matrix is that of the primal-dual system of an interior point method at the solution,
+    @cached_property
+    def stiffness(self) -> Array:
+        """How stiffly bounds hold the variables, Σ, shape (n,): multiplier over distance."""
+        return _stiffness(self.x, self.programme.lower, self.programme.upper, self.lam_x)
+
+    @cached_property
+    def matrix(self) -> sp.csc_array:
+        """Matrix of the first-order system in the free variables and all multipliers, symmetric.
+
+        It is that of the primal-dual system of an interior point method at the solution,
         [[W + Σ, Jᵀ], [J, -D]]: Σ holds the variables that are at bounds and D frees the constraints
         that are not.
         """
-        programme = self.programme
+        programme, free = self.programme, self.free
         hessian = programme.derivatives["hess_lag"](self.x, self.parameters, 1.0, self.lam_g)
         upper = sp.csc_array(hessian.sparse())
         whole = upper + sp.triu(upper, 1).T
-        free = programme.lower < programme.upper
-        sigma = _stiffness(self.x, programme.lower, programme.upper, self.lam_x)[free]
         equation = programme.rows_lower == programme.rows_upper
         rows = _stiffness(self.g, programme.rows_lower, programme.rows_upper, self.lam_g)
         slack = np.where(equation, 0.0, 1.0 / np.maximum(rows, IDLE))
-        block = sp.csc_array(whole)[free][:, free] + sp.diags_array(sigma)
+        block = sp.csc_array(whole)[free][:, free] + sp.diags_array(self.stiffness[free])
         jacobian = self.jacobian[:, free]
-        matrix = sp.block_array([[block, jacobian.T], [jacobian, -sp.diags_array(slack)]], format="csc")
-        return _Factors(matrix), free
+        return sp.block_array([[block, jacobian.T], [jacobian, -sp.diags_array(slack)]], format="csc")
+
+    @cached_property
+    def factors(self) -> Factors:
+        """Factors of the matrix, made when they are first asked for and then kept."""
+        return Factors(self.matrix, int(self.free.sum()))
 
     def solve(self, by_variables: Array, by_rows: Array) -> tuple[Array, Array]:
         """Return how variables and multipliers answer to a change of the first-order system.
@@ -164,24 +176,16 @@ class FirstOrder:
         -------
         dx : ndarray, shape (n,)
         dlam : ndarray, shape (m,)
+
+        Raises
+        ------
+        ProblemError
+            If the system is singular.
         """
-        factors, free = self.factors
-        assert isinstance(factors, _Factors)
-        answer = factors.solve(-np.concatenate((by_variables[free], by_rows)))
+        answer = self.factors.solve(-np.concatenate((by_variables[self.free], by_rows)))
         dx = np.zeros(len(self.x))
-        dx[free] = answer[: int(free.sum())]
-        return dx, answer[int(free.sum()) :]
-
-
-class _Factors:
-    """LU factors with one step of iterative refinement."""
-
-    def __init__(self, matrix: sp.csc_array) -> None:
-        self.matrix, self.lu = matrix, splu(matrix)
-
-    def solve(self, right: Array) -> Array:
-        found = self.lu.solve(right)
-        return np.asarray(found + self.lu.solve(right - self.matrix @ found))
+        dx[self.free] = answer[: int(self.free.sum())]
+        return dx, answer[int(self.free.sum()) :]
 
 
 def _stiffness(values: Array, lower: Array, upper: Array, multipliers: Array) -> Array:
