@@ -87,10 +87,14 @@ class Lap:
 
     @cached_property
     def t(self) -> Array:
-        """Elapsed time at the collocation points, s, shape (N,).
+        """Elapsed time at the collocation points, s, shape (N,); it ends at the lap time."""
+        return self.accumulated(self["slowness"])
 
-        The slowness is integrated by the Radau rule of every interval, so that the elapsed
-        time ends at the lap time.
+    def accumulated(self, density: Array) -> Array:
+        """Return the integral of a density from the start line to every collocation point, shape (N,).
+
+        It is integrated by the Radau rule of every interval, whose last value is the sum of the lap's
+        quadrature.
         """
         mesh = self.solution.mesh
         gained = np.zeros(mesh.points + 1)
@@ -98,7 +102,7 @@ class Lap:
         for order, intervals in mesh.by_order():
             index = mesh.first[intervals][:, None] + np.arange(order)
             matrix = ocp.quadrature.radau_integration(order)
-            gained[index + 1] = (self["slowness"][index] @ matrix.T) * scale[index[:, :1]]
+            gained[index + 1] = (density[index] @ matrix.T) * scale[index[:, :1]]
         start = np.concatenate(([0.0], np.cumsum(gained[mesh.first + mesh.orders])[:-1]))
         inside = gained[:-1].copy()
         inside[mesh.first] = 0.0

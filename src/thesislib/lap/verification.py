@@ -11,7 +11,9 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from thesislib.lap.limits import LIMITS, limit_prices, limits
 from thesislib.lap.minimum_time import SETTINGS, Lap, minimum_lap_time
 from thesislib.lap.setups import Start, told
 from thesislib.ocp.optimality import optimality
@@ -35,7 +37,7 @@ def neighbours(
     start : Start
         The lap.
     names : iterable of str
-        Numbers of the car to change, each up and down.
+        Numbers of the car, or limits of the set-up (`LIMITS`), to change, each up and down.
     step : float
         Relative change, between 0 and 1.
 
@@ -47,9 +49,9 @@ def neighbours(
     Raises
     ------
     KeyError
-        If the car has no such number.
+        If neither the car nor the set-up has such a number.
     """
-    values = start.setup.car().values
+    values = {**start.setup.car().values, **{name: getattr(start.setup, name) for name in LIMITS}}
     cases: dict[str, dict[str, Any]] = {HALVED: {"start": start, "halved": True}}
     for name in names:
         for case, sign in zip(difference_names(name), (1.0, -1.0), strict=True):
@@ -75,7 +77,7 @@ def resolved(
     start : Start
         The lap.
     changes : mapping of str to float, optional
-        Numbers of the car in SI that take the place of the lap's.
+        Numbers of the car and limits of the set-up, in SI, that take the place of the lap's.
     halved : bool
         Whether every mesh interval is halved.
 
@@ -83,7 +85,8 @@ def resolved(
     -------
     dict
         ``lap_time`` and ``objective`` (lap time and regulariser) in s; ``change_n`` …: the largest change
-        of each state at the lap's collocation points; and what `told` says of the solve.
+        of each state at the lap's collocation points; ``elapsed``: time in s at its own collocation points;
+        and what `told` says of the solve.
 
     Raises
     ------
@@ -91,7 +94,10 @@ def resolved(
         If the solver did not finish.
     """
     base = start.lap()
-    setup = replace(start.setup, values={**start.setup.values, **(changes or {})})
+    changes = changes or {}
+    moved_limits: dict[str, Any] = {name: value for name, value in changes.items() if name in LIMITS}
+    numbers = {name: value for name, value in changes.items() if name not in LIMITS}
+    setup = replace(start.setup, values={**start.setup.values, **numbers}, **moved_limits)
     mesh = base.solution.mesh
     lap = minimum_lap_time(
         setup.road(),
@@ -109,6 +115,7 @@ def resolved(
         "lap_time": lap.time,
         "objective": lap.solution.objective + lap.solution.regularisation,
         **moved,
+        "elapsed": lap.t,
         **told(lap.solution),
     }
 
@@ -119,7 +126,7 @@ def _largest_change(lap: Lap, base: Lap, state: str) -> float:
 
 @dataclass(frozen=True)
 class Derivative:
-    """Derivative of the minimised objective with respect to one number of the car, got twice.
+    """Derivative of the minimised objective with respect to one number of the lap, got twice.
 
     Attributes
     ----------
@@ -161,13 +168,32 @@ def derivatives(
     names, step
         As given to `neighbours`.
     """
-    exact = sensitivity(lap.solution)
+    exact = {**sensitivity(lap.solution), **limit_prices(lap)}
+    values = {**lap.car.values, **limits(lap)}
     found = {}
     for name in names:
         more, less = (float(results[case]["objective"]) for case in difference_names(name))
-        width = 2.0 * step * lap.car.values[name]
+        width = 2.0 * step * values[name]
         found[name] = Derivative(name, exact[name], (more - less) / width)
     return found
+
+
+def elapsed_difference(
+    results: Mapping[str, Mapping[str, Any]], name: str, width: float
+) -> NDArray[np.float64]:
+    """Return the derivative of elapsed time by a number at the lap's points, from its neighbours, shape (N,).
+
+    Parameters
+    ----------
+    results : mapping
+        Results of the cases of `neighbours`.
+    name : str
+        The number.
+    width : float
+        Difference of the number between the two cases, SI.
+    """
+    more, less = (np.asarray(results[case]["elapsed"]) for case in difference_names(name))
+    return np.asarray((more - less) / width)
 
 
 @dataclass(frozen=True)

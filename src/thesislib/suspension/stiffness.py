@@ -153,3 +153,46 @@ class StiffnessMetamodel:
             phi_f=phi_f,
             phi_r=phi_r,
         )
+
+
+@dataclass(frozen=True)
+class StiffenedMetamodel:
+    """A metamodel without stiffness, moved by what Table 3.2 says that a change of stiffness adds.
+
+    At nominal stiffness it is the metamodel itself. It is for small changes: where the two tables differ at
+    nominal stiffness, their slopes by the loads differ as well.
+
+    Attributes
+    ----------
+    base : Metamodel
+        Ride heights and roll angles at nominal stiffness.
+    table : StiffnessMetamodel
+        What stiffness adds to them.
+    """
+
+    base: Metamodel
+    table: StiffnessMetamodel
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Heights of the unloaded axles in m as the base has them, and the stiffnesses in N/m."""
+        return {**self.table.values, **self.base.values}
+
+    def heights(
+        self, F_flz: Any, F_frz: Any, F_rlz: Any, F_rrz: Any, values: Mapping[str, Any] | None = None
+    ) -> Posture:
+        """Return ride heights and roll angles for four vertical tyre forces, as `StiffnessMetamodel`."""
+        given = {**self.values, **(values or {})}
+        base = self.base.heights(F_flz, F_frz, F_rlz, F_rrz, given)
+        nominal = self.table.values
+        stiffness = {name: given[name] for name in ("K_h_front", "K_h_rear")}
+        before, after = (
+            self.table.heights(F_flz, F_frz, F_rlz, F_rrz, {**nominal, **change})
+            for change in ({}, stiffness)
+        )
+        return Posture(
+            h_f=base.h_f + (after.h_f - before.h_f),
+            h_r=base.h_r + (after.h_r - before.h_r),
+            phi_f=base.phi_f + (after.phi_f - before.phi_f),
+            phi_r=base.phi_r + (after.phi_r - before.phi_r),
+        )
