@@ -76,17 +76,17 @@ _CAR: Final = (
 
 _COEFFICIENTS: Final = {"C_L_front": "front downforce", "C_L_rear": "rear downforce", "C_D": "drag"}
 _TERMS: Final = (
-    ("0", "nominal", _POINT, "+0.01"),
-    ("h_f", "by front height", 1.0, "+0.01/cm"),
-    ("h_r", "by rear height", 1.0, "+0.01/cm"),
-    ("h_r2", "by rear height squared", 10.0, "+0.001/cm²"),
-    ("beta2", "by side slip squared", 1e-3 * _PER_DEG2, "+0.001/deg²"),
-    ("delta2", "by steer squared", 1e-3 * _PER_DEG2, "+0.001/deg²"),
-    ("phi2", "by roll squared", 1e-3 * _PER_DEG2, "+0.001/deg²"),
+    ("0", ", nominal", _POINT, "+0.01"),
+    ("h_f", " by h_f", 0.1, "+0.001/cm"),
+    ("h_r", " by h_r", 0.1, "+0.001/cm"),
+    ("h_r2", " by h_r²", 1.0, "+0.0001/cm²"),
+    ("beta2", " by side slip²", 1e-3 * _PER_DEG2, "+0.001/deg²"),
+    ("delta2", " by steer²", 1e-3 * _PER_DEG2, "+0.001/deg²"),
+    ("phi2", " by roll²", 1e-3 * _PER_DEG2, "+0.001/deg²"),
 )
 
 _AERODYNAMICS: Final = tuple(
-    Amount(f"{name}_{term}", f"{label}, {of}", size, per)
+    Amount(f"{name}_{term}", f"{label}{of}", size, per)
     for name, label in _COEFFICIENTS.items()
     for term, of, size, per in _TERMS
 )
@@ -97,12 +97,9 @@ _TYRES: Final = (
         for axis, way in (("x", "longitudinal"), ("y", "lateral"))
         for load, kN in ((1, 2), (2, 6))
     ),
+    *(Amount(f"kappa_{load}", f"peak's slip at {kN} kN", 0.01, "+0.01") for load, kN in ((1, 2), (2, 6))),
     *(
-        Amount(f"kappa_{load}", f"slip of the peak at {kN} kN", 0.01, "+0.01")
-        for load, kN in ((1, 2), (2, 6))
-    ),
-    *(
-        Amount(f"alpha_{load}", f"slip angle of the peak at {kN} kN", np.pi / 180.0, "+1°")
+        Amount(f"alpha_{load}", f"peak's slip angle at {kN} kN", np.pi / 180.0, "+1°")
         for load, kN in ((1, 2), (2, 6))
     ),
     Amount("Q_x", "longitudinal shape factor", 0.1, "+0.1"),
@@ -120,8 +117,8 @@ _STIFFNESSES: Final = (
 )
 
 _CONSTRAINTS: Final = (
-    Amount(ROLL, "roll of the front above the rear axle's", np.pi / 1800.0, "+0.1°"),
-    Amount(BRAKE, "outer front wheel's braking, above the inner's", 100.0, "+100 N"),
+    Amount(ROLL, "front rolls more than rear", np.pi / 1800.0, "+0.1°"),
+    Amount(BRAKE, "outer front wheel brakes more", 100.0, "+100 N"),
 )
 
 GRIP: Final = Amount("grip", "grip of all four tyres", 0.01, "+1 %")

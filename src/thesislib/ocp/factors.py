@@ -20,8 +20,9 @@ PASSES = 3
 # 1e-8 takes five refinements, 1e-6 and 1e-10 a dozen, and 1e-12 never gets there.
 SHIFTS = (1e-8, 1e-6)
 
-# The residual, relative to the terms of the equations, at which refinement ends; and what is accepted.
-REFINED, ACCEPTED = 1e-15, 1e-11
+# The residual, relative to the terms of the equations, at which refinement ends; and what is accepted. It is also
+# compared with the right-hand side, since what solves a singular system is so large that any residual is small.
+REFINED, ACCEPTED, MEANT = 1e-15, 1e-11, 1e-6
 REFINEMENTS = 20
 
 _Approximate = Callable[[Array], Array]
@@ -67,7 +68,8 @@ class Factors:
             if place == len(self.kept):
                 self.kept.append(self._factorised(place))
             found, error = self._refined(self.kept[place], scaled)
-            if error <= ACCEPTED:
+            missed = float(np.abs(scaled - self.scaled @ found).max())
+            if error <= ACCEPTED and missed <= MEANT * float(np.abs(scaled).max()):
                 return np.asarray(self.scale * found)
         raise ProblemError(
             "the first-order system is singular: the solution is not an isolated one, or has constraints "
