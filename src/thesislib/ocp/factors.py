@@ -20,8 +20,9 @@ PASSES = 3
 # 1e-8 takes five refinements, 1e-6 and 1e-10 a dozen, and 1e-12 never gets there.
 SHIFTS = (1e-8, 1e-6)
 
-# The residual, relative to the terms of the equations, at which refinement ends; and what is accepted. It is also
-# compared with the right-hand side, since what solves a singular system is so large that any residual is small.
+# The residual, relative to the terms of the equations, at which refinement ends; and what is accepted. It
+# is also compared with the right-hand side: what solves a singular system is so large that any residual is
+# small beside it.
 REFINED, ACCEPTED, MEANT = 1e-15, 1e-11, 1e-6
 REFINEMENTS = 20
 
