@@ -37,7 +37,8 @@ def quantities_with(
     car : RacingCar, optional
         Another car, for example with another ride-height model; by default the lap's.
     values : mapping, optional
-        Numbers of the car that change, SI: floats, or arrays (N,) where they change along the lap.
+        Numbers of the car that change, SI, before what the optimiser has adjusted: floats, or arrays (N,)
+        where they change along the lap.
 
     Returns
     -------
@@ -51,7 +52,9 @@ def quantities_with(
     """
     x = {name: lap.solution[name] for name in STATES}
     u = {name: lap.solution[name] for name in CONTROLS}
-    return (car or lap.car).quantities(x, u, lap.track.curvature(lap.s), values=values)
+    car = car or lap.car
+    numbers = lap.adjusted({**car.values, **(values or {})})
+    return car.quantities(x, u, lap.track.curvature(lap.s), values=numbers)
 
 
 def adjoint_change(lap: Lap, changed: Mapping[str, Any]) -> Array:

@@ -84,6 +84,6 @@ def roll_per_moment(lap: Lap) -> Array:
         raise ValueError("the lap's car has a rigid suspension: no moment rolls its axles")
     half, w_f = 0.5j * _MOMENT_STEP, lap.car.values["w_f"]
     left, right = lap["F_flz"] + half / w_f, lap["F_frz"] - half / w_f
-    posture = ride.heights(left, right, lap["F_rlz"], lap["F_rrz"], lap.car.values)
+    posture = ride.heights(left, right, lap["F_rlz"], lap["F_rrz"], lap.values)
     # the imaginary part is the derivative, without a difference: the polynomials are analytic
     return np.asarray(np.imag(posture.phi_f) / _MOMENT_STEP)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -117,9 +118,13 @@ class Lap:
     @cached_property
     def values(self) -> dict[str, Any]:
         """Numbers of the car as adjusted: floats, or arrays (N,) where they change along the lap."""
+        return self.adjusted(self.car.values)
+
+    def adjusted(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Return numbers of a car with this lap's adjustments; see `values`."""
         added = [q.name for q in self.solution.problem.controls if q.name not in CONTROLS]
         along = {name: self.solution[name] for name in added}
-        return adjusted(self.car.values, {**self.adjustments, **along}, self.ranges)
+        return adjusted(values, {**self.adjustments, **along}, self.ranges)
 
     @cached_property
     def _channels(self) -> dict[str, Array]:
