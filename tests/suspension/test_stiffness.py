@@ -6,6 +6,7 @@ import pytest
 
 from thesislib import provenance
 from thesislib.suspension import Metamodel, StiffnessMetamodel
+from thesislib.suspension.stiffness import StiffenedMetamodel
 
 
 @pytest.fixture(scope="module")
@@ -105,3 +106,19 @@ def test_bad_table_is_refused(tmp_path, old, new, message):
     path.write_text(text.replace(old, new, 1), encoding="utf-8")
     with pytest.raises(ValueError, match=message):
         StiffnessMetamodel.from_file(path)
+
+
+def test_stiffened_metamodel_is_its_base_at_nominal_stiffness_and_moves_as_the_table_does(
+    printed, of_the_text
+):
+    stiffened = StiffenedMetamodel(of_the_text, printed)
+    loads = np.random.default_rng(5).uniform(-6000.0, 0.0, (4, 20))
+    lower = {"h_f_unloaded": stiffened.values["h_f_unloaded"] + 0.004}
+    stiffer = {"K_h_front": 1.2e6, "K_h_rear": 0.5e6}
+    for name in ("h_f", "h_r", "phi_f", "phi_r"):
+        base = getattr(of_the_text.heights(*loads, lower), name)
+        np.testing.assert_allclose(getattr(stiffened.heights(*loads, lower), name), base, atol=1e-15)
+        moved = getattr(stiffened.heights(*loads, {**lower, **stiffer}), name) - base
+        table = getattr(printed.heights(*loads, stiffer), name) - getattr(printed.heights(*loads), name)
+        assert np.abs(table).max() > 1e-5
+        np.testing.assert_allclose(moved, table, atol=1e-15)

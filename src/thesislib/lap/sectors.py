@@ -9,7 +9,6 @@ import numpy as np
 
 from thesislib.lap.channels import speed
 from thesislib.lap.minimum_time import Array, Lap
-from thesislib.lap.style import Corner
 
 
 @dataclass(frozen=True)
@@ -37,7 +36,7 @@ class Sector:
         return (s >= self.begin) | (s < self.end)
 
 
-def sectors(lap: Lap, corners: Sequence[Corner]) -> tuple[Sector, ...]:
+def sectors(lap: Lap, corners: Sequence[tuple[int, float, str]]) -> tuple[Sector, ...]:
     """Return the sector of every corner, in the order of the lap.
 
     Parameters
