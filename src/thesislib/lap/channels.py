@@ -128,6 +128,12 @@ def steer_rate(lap: Lap) -> Array:
     return np.asarray(np.gradient(delta, t)[1:-1])
 
 
+def time_shares(lap: Lap) -> Array:
+    """Part (N,) of the lap time in s for which each collocation point stands, half-way to its neighbours."""
+    edges = np.concatenate(([0.0], 0.5 * (lap.t[1:] + lap.t[:-1]), [lap.time]))
+    return np.diff(edges)
+
+
 def brake_share(lap: Lap, *, least_force_N: float = 1000.0) -> Array:
     """Front axle's share (N,) of the braking force, NaN where the car hardly brakes.
 

@@ -151,6 +151,11 @@ class RacingCar:
             names.append("brake_ratio")
         return tuple(names)
 
+    def tyre(self, N: Any, kappa: Any, alpha: Any, values: Mapping[str, Any] | None = None) -> TyreForces:
+        """Return the forces of one of the car's tyres, under its readings; see `tyres.tyre_forces`."""
+        own = self.parameters.values if values is None else values
+        return tyre_forces(N, kappa, alpha, own, self.readings.shape_factor, self.readings.tyre_load_range)
+
     def quantities(
         self,
         x: Mapping[str, Any],
@@ -237,7 +242,7 @@ class RacingCar:
                 u_w, v_w = x["u"] - side * x["omega"] * p["w_r"], rear_sideways
             alpha = xp.arctan(v_w / u_w)
             kappa = u[f"kappa_{name}"]
-            tyre = tyre_forces(-u[f"F_{name}z"], kappa, alpha, p, self.readings.shape_factor)
+            tyre = self.tyre(-u[f"F_{name}z"], kappa, alpha, p)
             # (4.13) with the spin counted positive when rolling forwards, the sign that (4.20), (4.21) need
             wheels[name] = _Wheel(alpha, (1 + kappa) * u_w / p["R"], tyre)
         return wheels

@@ -10,6 +10,7 @@ PowerLaw = Literal["wheel", "hub"]
 ShapeFactor = Literal["printed", "peak_at_one"]
 Brake = Literal["equal_front_forces", "free"]
 Suspension = Literal["metamodel", "rigid"]
+LoadRange = Literal["extrapolated", "held"]
 
 
 @dataclass(frozen=True)
@@ -36,6 +37,9 @@ class Readings:
         heights without roll; then (4.19) is no constraint.
     aero_angles : bool
         Whether the last three rows of Table 4.1 (side slip, steer, roll) are in force.
+    tyre_load_range : {"extrapolated", "held"}
+        Peaks and slips of the tyre at loads outside those of Table B.1, 2 to 6 kN: on the straight lines
+        (B.3)-(B.6), or held at what they are at the end of the range.
 
     Raises
     ------
@@ -50,6 +54,7 @@ class Readings:
     fixed_brake_ratio: float | None = None
     suspension: Suspension = "metamodel"
     aero_angles: bool = True
+    tyre_load_range: LoadRange = "extrapolated"
 
     def __post_init__(self) -> None:
         for name, choices in (
@@ -58,6 +63,7 @@ class Readings:
             ("shape_factor", ShapeFactor),
             ("brake", Brake),
             ("suspension", Suspension),
+            ("tyre_load_range", LoadRange),
         ):
             allowed = get_args(choices)
             if getattr(self, name) not in allowed:

@@ -14,12 +14,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from thesislib.smoothing import smooth_maximum, smooth_minimum
 from thesislib.vehicles.elementary import elementary
-from thesislib.vehicles.readings import ShapeFactor
+from thesislib.vehicles.readings import LoadRange, ShapeFactor
 
 # Under the root of (B.9). The direction (kappa_n, alpha_n)/rho has no limit at rho = 0; this rounds the
 # corner over rho of about 1e-3, a hundredth of the slip at which a tyre works.
 SLIP_FLOOR = 1e-6
+
+LOAD_CORNER = 50.0**2
+"""In N²: a load held at the end of its range turns the corner within some 50 N."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +48,12 @@ class TyreForces:
 
 
 def tyre_forces(
-    N: Any, kappa: Any, alpha: Any, p: Mapping[str, Any], shape_factor: ShapeFactor = "printed"
+    N: Any,
+    kappa: Any,
+    alpha: Any,
+    p: Mapping[str, Any],
+    shape_factor: ShapeFactor = "printed",
+    load_range: LoadRange = "extrapolated",
 ) -> TyreForces:
     """Return the forces of one tyre, equations (B.3) to (B.15).
 
@@ -60,10 +69,15 @@ def tyre_forces(
         Parameters of Table B.1 by name, SI.
     shape_factor : {"printed", "peak_at_one"}
         Reading of S in (B.12), (B.13).
+    load_range : {"extrapolated", "held"}
+        Whether peaks and their slips follow the load beyond ``F_z1`` and ``F_z2`` or are held there.
     """
     xp = elementary(N, kappa, alpha, *p.values())
     # (B.3)-(B.6): all four peak quantities are linear in the load
-    share = (N - p["F_z1"]) / (p["F_z2"] - p["F_z1"])
+    load = N
+    if load_range == "held":
+        load = smooth_minimum(smooth_maximum(N, LOAD_CORNER, p["F_z1"]), LOAD_CORNER, p["F_z2"])
+    share = (load - p["F_z1"]) / (p["F_z2"] - p["F_z1"])
     mu_x_max = p["mu_x1"] + share * (p["mu_x2"] - p["mu_x1"])
     mu_y_max = p["mu_y1"] + share * (p["mu_y2"] - p["mu_y1"])
     kappa_max = p["kappa_1"] + share * (p["kappa_2"] - p["kappa_1"])
