@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.colors import Colormap, Normalize
 from matplotlib.figure import Figure
 from matplotlib.patches import FancyArrowPatch
 
@@ -38,7 +39,6 @@ def ground_axes(axes: Axes) -> None:
     axes.set_ylabel("y, south (m)")
 
 
-@styled
 def racing_line(lap: Lap, corners: Sequence[Corner] | None = None) -> Figure:
     """Figure 4.6: the racing line on the map, coloured by speed, with the corners' distances.
 
@@ -48,29 +48,58 @@ def racing_line(lap: Lap, corners: Sequence[Corner] | None = None) -> Figure:
     corners : sequence of (number, distance in m, direction), optional
         Corners to name, with their distance from the start line.
     """
+    return coloured_line(lap, MPS_TO_KMH * speed(lap), "speed (km/h)", corners, colours=SPEED_COLOURS)
+
+
+@styled
+def coloured_line(
+    lap: Lap,
+    values: Array,
+    name: str,
+    corners: Sequence[Corner] | None = None,
+    *,
+    colours: Colormap,
+    norm: Normalize | None = None,
+) -> Figure:
+    """The racing line on the map, coloured by a channel.
+
+    Parameters
+    ----------
+    lap : Lap
+    values : ndarray (N,)
+        The channel at ``lap.s``.
+    name : str
+        Its name and unit, for the colour bar.
+    corners : sequence of (number, distance in m, direction), optional
+        Corners to name, with their distance from the start line.
+    colours : matplotlib colour map
+    norm : matplotlib norm, optional
+        From the channel to the colour map; by default linear from its smallest to its largest value.
+    """
     figure = picture(7.2)
     axes = figure.add_subplot()
     s = np.linspace(0.0, lap.track.length, 1500)
     axes.plot(*beside(lap.track, s, 0.0), color=LIGHT, linewidth=7.0, solid_joinstyle="round", zorder=1)
     s, n = whole_lap(lap, lap["n"])
     x, y = beside(lap.track, s, n)
-    kmh = MPS_TO_KMH * whole_lap(lap, speed(lap))[1]
+    channel = whole_lap(lap, values)[1]
     points = np.column_stack((x, y))
     line = LineCollection(
         np.stack((points[:-1], points[1:]), axis=1).tolist(),
-        cmap=SPEED_COLOURS,
+        cmap=colours,
+        norm=norm,
         linewidths=3.0,
         capstyle="round",
         zorder=2,
     )
-    line.set_array(0.5 * (kmh[:-1] + kmh[1:]))
+    line.set_array(0.5 * (channel[:-1] + channel[1:]))
     axes.add_collection(line)
     start = _start_line(axes, lap.track)
     ground_axes(axes)
     axes.margins(0.1)
     _corner_names(axes, lap.track, corners or (), start)
     bar = figure.colorbar(line, ax=axes, location="bottom", shrink=0.7, aspect=32, pad=0.02)
-    bar.set_label("speed (km/h)")
+    bar.set_label(name)
     return figure
 
 
