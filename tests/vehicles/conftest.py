@@ -40,6 +40,7 @@ READINGS = {
     "power at the hubs": Readings(power_law="hub"),
     "peak at one": Readings(shape_factor="peak_at_one"),
     "fixed brake ratio": Readings(brake="free", fixed_brake_ratio=0.6),
+    "tyre held within its data": Readings(tyre_load_range="held"),
     "rigid without angles": Readings(suspension="rigid", aero_angles=False),
 }
 

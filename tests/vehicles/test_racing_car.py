@@ -298,6 +298,7 @@ def test_unknown_replacement_is_refused_with_the_nearest_name(car, here):
         ({"shape_factor": "round"}, "shape_factor = 'round' is not one of printed, peak_at_one"),
         ({"brake": "hand"}, "brake = 'hand' is not one of equal_front_forces, free"),
         ({"suspension": "air"}, "suspension = 'air' is not one of metamodel, rigid"),
+        ({"tyre_load_range": "wide"}, "tyre_load_range = 'wide' is not one of extrapolated, held"),
         ({"fixed_brake_ratio": 1.0}, r"fixed_brake_ratio = 1\.0 is outside 0 \.\. 1"),
     ],
 )

@@ -80,3 +80,24 @@ def test_tyre_at_rest_in_its_slips_makes_no_force_and_has_a_stiffness(p):
     assert float(at_zero) == 0.0
     # mu N Q S / kappa_max, the slope of the sine of the arc tangent at the origin
     assert float(slope) == pytest.approx(1.75 * 2000 * 1.9 * stiffness_factor(1.9) / 0.11, rel=1e-3)
+
+
+@pytest.mark.parametrize(("load", "edge"), [(500.0, 2000.0), (9000.0, 6000.0)])
+def test_a_tyre_held_within_its_data_grips_outside_them_as_at_their_end(p, load, edge):
+    held = tyre_forces(load, 0.05, 0.08, p, load_range="held")
+    there = tyre_forces(edge, 0.05, 0.08, p)
+    # a corner rounded over 50 N leaves 0.4 N at 1500 N from it, and friction changes by 1e-4 a newton
+    assert held.mu_x == pytest.approx(there.mu_x, rel=1e-4)
+    assert held.rho == pytest.approx(there.rho, rel=1e-4)
+    assert held.F_y / load == pytest.approx(there.F_y / edge, rel=1e-4)
+    assert tyre_forces(load, 0.05, 0.08, p).mu_x != pytest.approx(there.mu_x, rel=0.05)
+
+
+def test_a_tyre_held_within_its_data_is_the_same_inside_and_smooth_at_the_end(p):
+    inside = tyre_forces(4000.0, 0.05, 0.08, p, load_range="held")
+    assert inside.mu_y == pytest.approx(tyre_forces(4000.0, 0.05, 0.08, p).mu_y, rel=1e-4)
+    load = casadi.SX.sym("load")
+    force = tyre_forces(load, 0.05, 0.08, p, load_range="held").F_y
+    curvature = casadi.Function("curvature", [load], [casadi.hessian(force, load)[0]])
+    at = np.array([float(curvature(2000.0 + step)) for step in (-0.01, 0.0, 0.01)])
+    np.testing.assert_allclose(at, at[1], rtol=1e-3)  # no jump where the corner is
