@@ -119,6 +119,14 @@ def test_slow_the_front_gives_way_and_fast_the_rear(car) -> None:
     assert fast.slip_difference[-1] == pytest.approx(fast.steer_for_slip[-1], rel=0.02)
 
 
+def test_numbers_that_a_set_up_changes_are_those_of_a_car_that_has_them(car, branch) -> None:
+    moved = {"C_L_front_0": 1.0, "h_r_unloaded": -0.08}
+    adjusted = steady_cornering(car, 45.0, moved)
+    built = steady_cornering(car.replace(C_L_front_0=1.0), 45.0, {"h_r_unloaded": -0.08})
+    assert adjusted.limit == pytest.approx(built.limit, rel=1e-9)
+    assert adjusted.limit != pytest.approx(branch.limit, rel=1e-3)
+
+
 def test_an_understeer_gradient_is_said_in_degrees_per_g() -> None:
     assert degrees_per_g(1.0) == pytest.approx(180.0 / np.pi * GRAVITY)
 

@@ -45,6 +45,8 @@ class Cornering:
     ----------
     car : RacingCar
         The car.
+    values : mapping of str to float
+        All numbers of the car, those that a set-up adjusts included.
     speed : float
         Of the mass centre, m/s.
     unknowns : ndarray (M, 11)
@@ -56,6 +58,7 @@ class Cornering:
     """
 
     car: RacingCar
+    values: Mapping[str, float]
     speed: float
     unknowns: Array
     tangents: Array
@@ -68,7 +71,7 @@ class Cornering:
     @cached_property
     def _channels(self) -> dict[str, Any]:
         x, u = _state(self.unknowns.T, self.speed)
-        return {**x, **u, **self.car.quantities(x, u, 0.0)}
+        return {**x, **u, **self.car.quantities(x, u, 0.0, values=self.values)}
 
     @property
     def lateral_acceleration(self) -> Array:
@@ -78,7 +81,7 @@ class Cornering:
     @property
     def geometric_steer(self) -> Array:
         """Steer angle l/R (M,) of a car whose tyres do not slip, rad."""
-        return np.asarray(self.car.values["wheelbase"] * self["omega"] / self.speed)
+        return np.asarray(self.values["wheelbase"] * self["omega"] / self.speed)
 
     @property
     def steer_for_slip(self) -> Array:
@@ -95,13 +98,13 @@ class Cornering:
     def understeer_gradient(self) -> Array:
         """Derivative (M,) of `steer_for_slip` by the lateral acceleration, rad/(m/s²), along the branch."""
         steer = self.tangents[:, _UNKNOWNS.index("delta")] / self.tangents[:, _OMEGA]
-        return np.asarray((steer - self.car.values["wheelbase"] / self.speed) / self.speed)
+        return np.asarray((steer - self.values["wheelbase"] / self.speed) / self.speed)
 
     @property
     def growth(self) -> Array:
         """Larger real part (M,) of the eigenvalues of v and omega, 1/s, with the hands still."""
         x, u = _state(self.unknowns.T, self.speed)
-        return np.asarray(yaw_eigenvalues(yaw_jacobian(self.car, x, u))[:, 0].real)
+        return np.asarray(yaw_eigenvalues(yaw_jacobian(self.car, x, u, self.values))[:, 0].real)
 
     @property
     def limit(self) -> float:
@@ -115,7 +118,7 @@ class Cornering:
         Equal to `limit` where the tyres end the branch first; zero if the engine cannot keep the speed
         even straight on.
         """
-        spare = self.car.values["P_max"] - self["power"]
+        spare = self.values["P_max"] - self["power"]
         if spare[0] < 0.0:
             return 0.0
         short = np.flatnonzero(spare < 0.0)
@@ -127,7 +130,7 @@ class Cornering:
         return float(a_y[a] + share * (a_y[b] - a_y[a]))
 
 
-def steady_cornering(car: RacingCar, speed: float) -> Cornering:
+def steady_cornering(car: RacingCar, speed: float, values: Mapping[str, float] | None = None) -> Cornering:
     """Follow the equilibria of a car at one speed from straight running to the limit, turning right.
 
     Parameters
@@ -136,6 +139,8 @@ def steady_cornering(car: RacingCar, speed: float) -> Cornering:
         The car, with its suspension.
     speed : float
         Of the mass centre, m/s.
+    values : mapping of str to float, optional
+        Numbers of the car that a set-up changes, such as ``Lap.values`` where they are numbers; SI.
 
     Returns
     -------
@@ -154,7 +159,7 @@ def steady_cornering(car: RacingCar, speed: float) -> Cornering:
             "The reading suspension='rigid' leaves open how the axles share the roll moment; steady "
             "cornering needs suspension='metamodel'."
         )
-    equilibrium = _Equilibrium(car, speed)
+    equilibrium = _Equilibrium(car, {**car.values, **(values or {})}, speed)
     at = _straight_running(equilibrium)
     forwards = np.zeros(len(_UNKNOWNS))
     forwards[_OMEGA] = 1.0
@@ -189,6 +194,7 @@ def steady_cornering(car: RacingCar, speed: float) -> Cornering:
     tangents.append(equilibrium.tangent(last, tangents[-1]))
     return Cornering(
         car,
+        equilibrium.values,
         speed,
         np.array(places) * equilibrium.sizes,
         np.array(tangents) * equilibrium.sizes,
@@ -207,11 +213,11 @@ def linear_understeer_gradient(cornering: Cornering) -> float:
     cornering : Cornering
         A branch; its first equilibrium is straight running.
     """
-    p = cornering.car.values
+    p = cornering.values
     stiffness = {}
     for wheel in WHEELS:
         load, kappa = -cornering[f"F_{wheel}z"][0], cornering[f"kappa_{wheel}"][0]
-        tyre = cornering.car.tyre(load, kappa, 1j * _STEP)
+        tyre = cornering.car.tyre(load, kappa, 1j * _STEP, p)
         stiffness[wheel] = -tyre.F_y.imag / _STEP
     front, rear = stiffness["fl"] + stiffness["fr"], stiffness["rl"] + stiffness["rr"]
     a, b = p["a"], p["wheelbase"] - p["a"]
@@ -226,9 +232,8 @@ def degrees_per_g(gradient: Any) -> Any:
 class _Equilibrium:
     """Ten scaled equations in eleven scaled unknowns, and their exact Jacobian."""
 
-    def __init__(self, car: RacingCar, speed: float) -> None:
-        p = car.values
-        self.car, self.speed = car, speed
+    def __init__(self, car: RacingCar, p: Mapping[str, float], speed: float) -> None:
+        self.car, self.values, self.speed = car, p, speed
         weight = p["mass"] * p["gravity"]
         own = {"v": 0.05 * speed, "omega": p["gravity"] / speed}
         own |= {f"F_{wheel}z": weight / 4.0 for wheel in WHEELS}
@@ -245,8 +250,7 @@ class _Equilibrium:
     def residuals(self, z: NDArray[Any]) -> NDArray[Any]:
         """Return the ten equations at scaled unknowns (11,) or (11, k)."""
         x, u = _state((z.T * self.sizes).T, self.speed)
-        q = self.car.quantities(x, u, 0.0)
-        p = self.car.values
+        q, p = self.car.quantities(x, u, 0.0, values=self.values), self.values
         rows = [
             (q["a_x"] + x["omega"] * x["v"]) / p["gravity"],
             (q["a_y"] - x["omega"] * x["u"]) / p["gravity"],
@@ -300,7 +304,7 @@ def _state(unknowns: NDArray[Any], speed: float) -> tuple[dict[str, Any], Mappin
 
 def _straight_running(equilibrium: _Equilibrium) -> Array:
     """Return the scaled unknowns of the car that runs straight on at its speed."""
-    p, speed = equilibrium.car.values, equilibrium.speed
+    p, speed = equilibrium.values, equilibrium.speed
     pressure = 0.5 * p["air_density"] * p["frontal_area"] * speed**2
     weight, b = p["mass"] * p["gravity"], p["wheelbase"] - p["a"]
     front = 0.5 * (weight * b / p["wheelbase"] + pressure * p["C_L_front_0"])

@@ -62,7 +62,7 @@ def time_outside(lap: Lap) -> TimeOutside:
     ValueError
         If the car's ride-height model is no metamodel.
     """
-    ride, values, time = _metamodel(lap.car), lap.car.values, time_shares(lap)
+    ride, values, time = _metamodel(lap.car), lap.values, time_shares(lap)
     loads = {wheel: -lap[f"F_{wheel}z"] for wheel in WHEEL_NAMES}
     light = {wheel: load < values["F_z1"] for wheel, load in loads.items()}
     heavy = {wheel: load > values["F_z2"] for wheel, load in loads.items()}
@@ -117,7 +117,7 @@ def held_change(lap: Lap, relation: Relation, *, limits: bool = True) -> Array:
     ndarray (N,)
         s/m; its integral, ``lap.solution.weights @ density``, is the change in s.
     """
-    changed = quantities_with(lap, held(lap.car, relation))
+    changed = quantities_with(lap, held(lap.car, relation), lap.values)
     if not limits:
         changed = {name: value for name, value in changed.items() if name != "h_f"}
     return adjoint_change(lap, changed)
@@ -155,7 +155,7 @@ def held_lap(start: Start, relation: Relation, tolerance: float) -> dict[str, An
         guess=base,
         name=f"{relation} held",
         units=start.setup.units(),
-        front_slip_limit=start.setup.front_slip_limit,
+        **start.setup.options,
     )
     return {
         "lap_time": lap.time,

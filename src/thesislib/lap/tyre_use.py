@@ -48,7 +48,7 @@ def tyre_use(lap: Lap) -> TyreUse:
         If the two shape factors differ: the tyre then has no one slip of greatest force; or if the car never
         brakes.
     """
-    values = lap.car.values
+    values = lap.values
     if values["Q_x"] != values["Q_y"]:
         raise ValueError(
             f"The shape factors Q_x = {values['Q_x']:g} and Q_y = {values['Q_y']:g} differ; the friction "

@@ -30,7 +30,9 @@ YAW_STATES: Final = ("v", "omega")
 _STEP = 1e-30
 
 
-def yaw_rates(car: RacingCar, x: Mapping[str, Any], u: Mapping[str, Any]) -> NDArray[Any]:
+def yaw_rates(
+    car: RacingCar, x: Mapping[str, Any], u: Mapping[str, Any], values: Mapping[str, Any] | None = None
+) -> NDArray[Any]:
     """Return dv/dt in m/s² and domega/dt in rad/s², shape (2, N), from the car's own equations.
 
     Parameters
@@ -39,19 +41,26 @@ def yaw_rates(car: RacingCar, x: Mapping[str, Any], u: Mapping[str, Any]) -> NDA
         The car.
     x, u : dict of ndarray (N,)
         State (4.25) and control (4.26).
+    values : mapping, optional
+        Numbers of the car that an adjusted set-up changes.
     """
-    q = car.quantities(x, u, 0.0)  # rates in time do not depend on the road's curvature
+    q = car.quantities(x, u, 0.0, values=values)  # rates in time do not depend on the road's curvature
     return np.stack([q[f"d{state}_ds"] / q["slowness"] for state in YAW_STATES])
 
 
-def yaw_jacobian(car: RacingCar, x: Mapping[str, Array], u: Mapping[str, Array]) -> Array:
+def yaw_jacobian(
+    car: RacingCar,
+    x: Mapping[str, Array],
+    u: Mapping[str, Array],
+    values: Mapping[str, Any] | None = None,
+) -> Array:
     """Return the derivatives of (dv/dt, domega/dt) by (v, omega), everything else frozen.
 
     Exact to rounding, by a complex step through the equations that the lap was solved with.
 
     Parameters
     ----------
-    car, x, u
+    car, x, u, values
         As of `yaw_rates`.
 
     Returns
@@ -62,7 +71,7 @@ def yaw_jacobian(car: RacingCar, x: Mapping[str, Array], u: Mapping[str, Array])
     columns = []
     for state in YAW_STATES:
         aside = {**x, state: x[state] + 1j * _STEP}
-        columns.append(yaw_rates(car, aside, u).imag / _STEP)
+        columns.append(yaw_rates(car, aside, u, values).imag / _STEP)
     return np.stack(columns, axis=-1).transpose(1, 0, 2)
 
 
@@ -125,7 +134,7 @@ class YawStability:
 def yaw_stability(lap: Lap) -> YawStability:
     """Return the eigenvalues of lateral speed and yaw rate at every collocation point of a lap."""
     x, u = {name: lap[name] for name in STATES}, {name: lap[name] for name in CONTROLS}
-    eigenvalues = yaw_eigenvalues(yaw_jacobian(lap.car, x, u))
+    eigenvalues = yaw_eigenvalues(yaw_jacobian(lap.car, x, u, lap.values))
     return YawStability(np.asarray(lap.s), eigenvalues, time_shares(lap) / lap.time)
 
 
@@ -156,11 +165,12 @@ def frozen_slide(
     """
     here = int(np.argmin(np.abs(lap.s - s)))
     x, u = ({name: lap[name][here] for name in names} for names in (STATES, CONTROLS))
-    rest = yaw_rates(lap.car, x, u)
+    p = {name: np.broadcast_to(value, lap.s.shape)[here] for name, value in lap.values.items()}
+    rest = yaw_rates(lap.car, x, u, p)
 
     def rates(_: float, slide: Array) -> Array:
         moved = {name: x[name] + change for name, change in zip(YAW_STATES, slide, strict=True)}
-        return np.asarray(yaw_rates(lap.car, {**x, **moved}, u) - rest)
+        return np.asarray(yaw_rates(lap.car, {**x, **moved}, u, p) - rest)
 
     times = np.linspace(0.0, duration, 101)
     found = solve_ivp(rates, (0.0, duration), disturbance, t_eval=times, rtol=1e-9, atol=1e-14)
@@ -203,12 +213,14 @@ def slide_along_lap(
             f"A stretch from {s:g} m to {s + distance_m:g} m must lie within the lap, 0 .. {lap.period:g} m."
         )
     places = np.linspace(s, s + distance_m, 201)
+    varied = {name: each for name, each in lap.values.items() if np.ndim(each)}
     ends = lap.mesh_points[(lap.mesh_points > s) & (lap.mesh_points < s + distance_m)]
 
     def slopes(place: float, values: Array) -> Array:
         x = dict(zip(STATES, values, strict=True))
         u = {name: lap.solution.interpolate(name, np.array([place]))[0] for name in CONTROLS}
-        q = lap.car.quantities(x, u, float(lap.track.curvature(np.array([place]))[0]))
+        p = {**lap.values, **{name: np.interp(place, lap.s, each) for name, each in varied.items()}}
+        q = lap.car.quantities(x, u, float(lap.track.curvature(np.array([place]))[0]), values=p)
         return np.array([q[f"d{state}_ds"] for state in STATES])
 
     def driven(first: Array) -> Array:
