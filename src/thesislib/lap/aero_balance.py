@@ -6,12 +6,14 @@ the fixed balance of rows M to P of Table 4.2, here not optimised but swept.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Final
 
-from thesislib.lap.minimum_time import Lap
-from thesislib.lap.readings import continued
+import numpy as np
+
+from thesislib import ocp
+from thesislib.lap.minimum_time import SETTINGS, Lap
 from thesislib.lap.setups import Setup, Start, told
 from thesislib.lap.yaw_stability import yaw_stability
 
@@ -67,64 +69,102 @@ class Drivability:
         stability = yaw_stability(lap)
         return cls(lap.name, lap.time, stability.unstable_share, stability.largest_growth)
 
-    @classmethod
-    def from_result(cls, result: Mapping[str, Any]) -> Drivability:
-        """Take what `balanced_lap` has returned."""
-        return cls(result["name"], result["lap_time"], result["unstable_share"], result["largest_growth"])
 
-
-def balances(
-    base: Setup, start: Start, tolerance: float, offsets: Iterable[float] = OFFSETS
+def sweep(
+    base: Setup, starts: Mapping[float, Start], tolerance: float, offsets: Iterable[float] = OFFSETS
 ) -> dict[str, dict[str, Any]]:
-    """Return the cases of `balanced_lap`, for `studies.run`.
+    """Return the cases of `balanced_laps`, for `studies.run`: a chain of laps from each start, upwards.
+
+    A lap is solved from its neighbour in the chain. From a lap that is four steps away the same solve takes
+    ten times the iterations, so that a case for every offset would cost more than the chains in all.
+
+    Parameters
+    ----------
+    base : Setup
+        Set-up whose balance is moved.
+    starts : mapping of float to Start
+        Solved laps by the offset that they have: 0 for the base lap. Each offset is reached from the
+        nearest one below.
+    tolerance : float
+        Largest relative state error (2.162).
+    offsets : iterable of float
+        Values of a_off to solve for.
+
+    Raises
+    ------
+    ValueError
+        As `balanced`, or if an offset lies below every start.
+    """
+    chains: dict[float, list[float]] = {offset: [] for offset in sorted(starts)}
+    for offset in sorted(offsets):
+        below = [known for known in chains if known < offset]
+        if not below:
+            raise ValueError(
+                f"a_off = {offset:g} lies at or below every lap to start from: "
+                f"{', '.join(f'{known:g}' for known in chains)}."
+            )
+        balanced(base, offset)
+        chains[below[-1]].append(offset)
+    return {
+        f"a_off = {chain[0]:g} .. {chain[-1]:g}": {
+            "base": base,
+            "start": starts[known],
+            "tolerance": tolerance,
+            "offsets": tuple(chain),
+        }
+        for known, chain in chains.items()
+        if chain
+    }
+
+
+def balanced_laps(base: Setup, start: Start, tolerance: float, offsets: Sequence[float]) -> dict[str, Any]:
+    """Solve the laps of a chain of balances, each from the one before; the function of a study.
 
     Parameters
     ----------
     base : Setup
         Set-up whose balance is moved.
     start : Start
-        The lap from which each case is solved.
+        The lap to start from, also the one whose units scale the problems.
     tolerance : float
-        Largest relative state error (2.162).
-    offsets : iterable of float
-        Values of a_off.
-
-    Raises
-    ------
-    ValueError
-        As `balanced`.
-    """
-    return {
-        f"a_off = {offset:g}": {
-            "setup": balanced(base, offset),
-            "start": start,
-            "tolerance": tolerance,
-            "name": f"a_off = {offset:g}",
-        }
-        for offset in offsets
-    }
-
-
-def balanced_lap(setup: Setup, start: Start, tolerance: float, name: str) -> dict[str, Any]:
-    """Solve the lap of a set-up and say how drivable it is; the function of a study.
-
-    Parameters
-    ----------
-    setup, start, tolerance, name
-        As of `readings.solved_variant`.
+        Largest relative state error.
+    offsets : sequence of float
+        Values of a_off, each near the one before.
 
     Returns
     -------
     dict
-        ``name``, ``lap_time`` s, ``unstable_share``, ``largest_growth`` 1/s, and what `told` says.
+        ``offset``, ``lap_time`` s, ``unstable_share``, ``largest_growth`` 1/s: arrays with an entry for each
+        lap; and what `told` says of the last solve.
 
     Raises
     ------
     ocp.SolveError
         If the solver did not finish or the error estimate stays above tolerance.
     """
-    lap = continued(setup, start, tolerance, name)
-    return {**vars(Drivability.of(lap)), **told(lap.solution)}
+    solution, points = start.lap().solution, []
+    for offset in offsets:
+        name, setup = f"a_off = {offset:g}", balanced(base, offset)
+        problem = setup.problem(name, units=start.setup.units())
+        related = ocp.Related(solution)
+        solution = ocp.solve(problem, related, solution.mesh, SETTINGS, tolerance=tolerance)
+        points.append(Drivability.of(Lap(name, setup.road(), setup.car(), solution, setup.ranges)))
+    return {
+        "offset": np.array(offsets),
+        "lap_time": np.array([each.lap_time for each in points]),
+        "unstable_share": np.array([each.unstable_share for each in points]),
+        "largest_growth": np.array([each.largest_growth for each in points]),
+        **told(solution),
+    }
+
+
+def swept(results: Mapping[str, Mapping[str, Any]]) -> tuple[Drivability, ...]:
+    """Return the laps that the chains of `balanced_laps` have come to, by growing offset."""
+    found = []
+    for result in results.values():
+        columns = (result[name] for name in ("offset", "lap_time", "unstable_share", "largest_growth"))
+        found += [tuple(float(each) for each in row) for row in zip(*columns, strict=True)]
+    return tuple(Drivability(f"a_off = {offset:g}", *rest) for offset, *rest in sorted(found))
 
 
 def fastest_for_stability(points: Iterable[Drivability]) -> tuple[Drivability, ...]:
