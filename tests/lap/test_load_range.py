@@ -49,7 +49,8 @@ def test_held_tyres_cost_what_the_multipliers_say(start: Start, lap) -> None:
     change = result["objective"] - lap.solution.objective - lap.solution.regularisation
     predicted = float(lap.solution.weights @ held_change(lap, "tyres"))
     assert predicted > 0.0  # light wheels lose the grip that the line promised them
-    assert change == pytest.approx(predicted, rel=0.25)  # first order of a change that is not small
+    # what is left is of second order in a change of 50 ms: 0.8 % of it measured
+    assert change == pytest.approx(predicted, rel=0.03)
 
 
 def test_the_plank_limit_is_part_of_what_held_heights_change(lap) -> None:

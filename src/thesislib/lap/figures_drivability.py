@@ -108,7 +108,7 @@ def time_and_stability(
     shares = {id(each): 100.0 * each.unstable_share for each in (*swept, *others, *front)}
     growths = {id(each): each.largest_growth for each in (*swept, *others, *front)}
     for axes, ordinate, name in (
-        (panels[0], shares, "unstable share of lap time (%)"),
+        (panels[0], shares, "unstable time share (%)"),
         (panels[1], growths, "largest growth rate (1/s)"),
     ):
         axes.plot(
