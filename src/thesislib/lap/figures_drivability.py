@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.colors import LinearSegmentedColormap, TwoSlopeNorm
 from matplotlib.figure import Figure
 
@@ -102,6 +103,8 @@ def time_and_stability(
         Single laps, named in the picture.
     front : sequence of Drivability
         Laps that no other beats, ringed.
+
+    Names stand in the lower panel; a lap is at the same lap time in the upper one.
     """
     figure = picture(5.6)
     panels = figure.subplots(2, 1, sharex=True)
@@ -138,22 +141,15 @@ def time_and_stability(
                 markersize=10.0,
                 label="no lap is faster and more stable",
             )
-        for laps, aside, side, colour in (
-            (swept, (-6.0, 4.0), "right", BLUE),
-            (others, (6.0, -9.0), "left", VERMILION),
-        ):
-            for each in laps:
-                axes.annotate(
-                    each.name.removeprefix("a_off = ").removeprefix("row "),
-                    (each.lap_time, ordinate[id(each)]),
-                    xytext=aside,
-                    textcoords="offset points",
-                    ha=side,
-                    fontsize=9.5,
-                    color=colour,
-                )
         axes.set_ylabel(name)
         axes.margins(x=0.08, y=0.15)
+    fastest = min((each.lap_time for each in swept), default=0.0)
+    passed = False
+    for each in swept:
+        _named(panels[1], each, BLUE, "right", -12.0 if passed else 4.0)
+        passed = passed or each.lap_time == fastest
+    for each in others:
+        _named(panels[1], each, VERMILION, "left", -9.0)
     panels[1].set_xlabel("lap time (s)")
     legend_above(panels[0], columns=2)
     return figure
@@ -243,15 +239,28 @@ def cost_along_lap(
         Length of the lap, m.
     corners : sequence of (number, distance in m, direction), optional
     """
-    figure = picture(3.6)
+    figure = picture(4.0)
     axes = figure.add_subplot()
     for (name, (s, gained, total)), colour in zip(densities.items(), _CURVES, strict=False):
         axes.plot(s, 1e3 * gained, color=colour, label=f"{name}, {1e3 * total:+.0f} ms".replace("-", "−"))
     axes.axhline(0.0, color=GREY, linewidth=0.9)
     axes.set_ylabel("change of lap time so far (ms)")
     distance_axis(axes, length, corners)
-    legend_above(axes, columns=2, corners=corners)
+    legend_above(axes, columns=1, corners=corners)
     return figure
+
+
+def _named(axes: Axes, lap: Drivability, colour: str, side: Literal["left", "right"], above: float) -> None:
+    """Write a lap's short name beside its point, so many points above it."""
+    axes.annotate(
+        lap.name.removeprefix("a_off = ").removeprefix("row "),
+        (lap.lap_time, lap.largest_growth),
+        xytext=(-6.0 if side == "right" else 6.0, above),
+        textcoords="offset points",
+        ha=side,
+        fontsize=9.5,
+        color=colour,
+    )
 
 
 def _cycled(count: int) -> list[str]:
