@@ -117,7 +117,7 @@ def held_change(lap: Lap, relation: Relation, *, limits: bool = True) -> Array:
     ndarray (N,)
         s/m; its integral, ``lap.solution.weights @ density``, is the change in s.
     """
-    changed = quantities_with(lap, held(lap.car, relation), lap.values)
+    changed = quantities_with(lap, held(lap.car, relation))
     if not limits:
         changed = {name: value for name, value in changed.items() if name != "h_f"}
     return adjoint_change(lap, changed)
