@@ -238,9 +238,10 @@ def continued_row(
 
 
 def is_far(parent: Setup, setup: Setup) -> bool:
-    """Whether a set-up stands otherwise on the road than the one it starts from, or has a wider map."""
+    """Whether a set-up stands otherwise on the road than its parent, or has a wider map or another road."""
     posture = {*HEIGHTS, *STIFFNESSES} & (set(setup.free) ^ set(parent.free))
-    return bool(posture) or parent.readings != setup.readings or parent.ranges != setup.ranges
+    kept = ("readings", "ranges", "edges")
+    return bool(posture) or any(getattr(parent, name) != getattr(setup, name) for name in kept)
 
 
 def _up_to(held: Mapping[str, float]) -> dict[str, tuple[float, float]]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from thesislib import ocp
 from thesislib.lap.adjustments import MAP_RANGES, MapRanges, adjusted
+from thesislib.lap.edges import used_width
 from thesislib.lap.problem import RateWeights, lap_problem
 from thesislib.lap.start import quasi_steady_start
 from thesislib.roads import CentreLine
@@ -139,6 +140,15 @@ class Lap:
             raise KeyError(f"the lap has no channel {name!r}; known: {', '.join(self._channels)}")
         return np.broadcast_to(self._channels[name], self.s.shape)
 
+    @cached_property
+    def _used_width(self) -> dict[str, Array]:
+        problem = self.solution.problem
+        if "wheel_margin" in problem.constants:
+            margin = problem.constants["wheel_margin"]
+            return used_width(self.track, self.s, self["n"], self["xi"], self.car.values, margin)
+        edge = next(state.bounds[1] for state in problem.states if state.name == "n")
+        return {"left": -self["n"] / edge, "right": self["n"] / edge}
+
     @property
     def channels(self) -> tuple[str, ...]:
         """Names that `lap[...]` knows."""
@@ -151,7 +161,8 @@ class Lap:
         ----------
         name : {"power", "ride_height", "left_edge", "right_edge", "kappa_front", "kappa_rear"}
             The constraint: engine power, the plank limit of the front ride height, the edges
-            of the road, the slip limits of either axle (in front, that of braking).
+            of the road (for the mass centre or for the outer wheel, as the problem has it), the slip
+            limits of either axle (in front, that of braking).
 
         Returns
         -------
@@ -164,13 +175,12 @@ class Lap:
         """
         bounds = {q.name: q.bounds for q in (*self.solution.problem.states, *self.solution.problem.controls)}
         limits = {path.name: path.bounds[1] for path in self.solution.problem.path}
-        edge = bounds["n"][1]
         front, rear = abs(bounds["kappa_fl"][0]), bounds["kappa_rl"][1]
         used = {
             "power": lambda: self["power"] / self.car.values["P_max"],
             "ride_height": lambda: self["h_f"] / limits.get("ride_height", np.inf),
-            "left_edge": lambda: -self["n"] / edge,
-            "right_edge": lambda: self["n"] / edge,
+            "left_edge": lambda: self._used_width["left"],
+            "right_edge": lambda: self._used_width["right"],
             "kappa_front": lambda: -np.minimum(self["kappa_fl"], self["kappa_fr"]) / front,
             "kappa_rear": lambda: np.maximum(np.abs(self["kappa_rl"]), np.abs(self["kappa_rr"])) / rear,
         }

@@ -9,8 +9,9 @@ import numpy as np
 
 from thesislib import ocp
 from thesislib.lap.adjustments import CONTINUOUS_BALANCE, MAP_RANGES, MapRanges, adjusted, parameters
+from thesislib.lap.edges import Edges, beyond_edge, edge_data, refuse_narrow, widest
 from thesislib.roads import CentreLine
-from thesislib.vehicles.racing_car import CONTROLS, STATES, RacingCar
+from thesislib.vehicles.racing_car import CONTROLS, STATES, WHEELS, RacingCar
 
 FRONT_HEIGHT_LIMIT_M = 0.015
 """Largest front ride height, SAE (towards the road), of every case of section 4.4."""
@@ -106,6 +107,8 @@ def lap_problem(
     free: Mapping[str, tuple[float, float]] | None = None,
     ranges: MapRanges = MAP_RANGES,
     continuous_balance: float = 0.0,
+    edges: Edges = "centre",
+    wheel_margin_m: float = 0.0,
 ) -> ocp.Problem:
     """State the minimum lap time problem.
 
@@ -119,7 +122,7 @@ def lap_problem(
     name : str
         Name of the problem.
     half_width_m : float
-        Bound on |n|.
+        Bound on |n|, if `edges` is "centre".
     front_height_limit_m : float
         Bound on the front ride height.
     front_slip_limit : float
@@ -135,6 +138,12 @@ def lap_problem(
         Of the water-bed constraint (4.30).
     continuous_balance : float
         Bound on |u_CoP|, the balance as a control; zero for a problem without it.
+    edges : {"centre", "wheels"}
+        What stays on the road: the mass centre within `half_width_m`, or the contact centres of all four
+        wheels within the road's own half-widths, which then enter as data.
+    wheel_margin_m : float
+        Room between a contact centre and the edge, if `edges` is "wheels"; half a tyre's width keeps the
+        whole tyre on the road. It is a constant of the problem: its derivative is the price of width.
 
     Returns
     -------
@@ -143,11 +152,15 @@ def lap_problem(
     Raises
     ------
     KeyError, ValueError
-        As `adjustments.parameters`; ValueError also if `continuous_balance` is negative.
+        As `adjustments.parameters`; ValueError also if `continuous_balance` is negative, or if the road is
+        somewhere too narrow for the wheels.
     """
     if continuous_balance < 0.0:
         raise ValueError(f"continuous_balance = {continuous_balance:g}, a bound on |u_CoP|, is negative.")
     units = units or units_of(car)
+    wheels = edges == "wheels"
+    if wheels:
+        refuse_narrow(track, car.values, wheel_margin_m)
     residual_units = {
         "vertical_balance": ("N", units.force),
         "roll_balance": ("N m", units.moment),
@@ -168,6 +181,8 @@ def lap_problem(
     limited_height = car.readings.suspension == "metamodel"
     if limited_height:
         path.append(ocp.Path("ride_height", "m", (-np.inf, front_height_limit_m), HEIGHT_SCALE_M))
+    if wheels:
+        path += [ocp.Path(f"edge_{wheel}", "m", (-np.inf, 0.0), units.length) for wheel in WHEELS]
 
     def equations(at: ocp.Point) -> ocp.Equations:
         values = {constant: at[constant] for constant in car.values}
@@ -182,6 +197,9 @@ def lap_problem(
         expressions["power"] = q["power"] - values["P_max"]
         if limited_height:
             expressions["ride_height"] = q["h_f"]
+        if wheels:
+            beyond = beyond_edge(at.n, at.xi, at.curvature, values, at)
+            expressions |= {name: value + at.wheel_margin for name, value in beyond.items()}
         return ocp.Equations(
             derivatives={state: q[f"d{state}_ds"] for state in STATES},
             path=expressions,
@@ -191,7 +209,7 @@ def lap_problem(
     return ocp.Problem(
         name=name,
         independent=ocp.Independent("s", 0.0, track.length, unit="m", scale=units.length),
-        states=_states(units, half_width_m),
+        states=_states(units, widest(track) if wheels else half_width_m),
         controls=[
             *_controls(units, car, front_slip_limit, weights),
             *_balance(continuous_balance, weights),
@@ -201,8 +219,8 @@ def lap_problem(
         lagrange="slowness",
         path=path,
         periodic=STATES,
-        constants=car.values,
-        data={"curvature": track.curvature},
+        constants={**car.values, "wheel_margin": wheel_margin_m} if wheels else car.values,
+        data={"curvature": track.curvature, **(edge_data(track, car.values) if wheels else {})},
         objective_scale=units.time,
     )
 

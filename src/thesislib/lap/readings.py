@@ -201,7 +201,7 @@ def continued(setup: Setup, start: Start, tolerance: float, name: str) -> Lap:
     base = start.lap()
     road, car = setup.road(), setup.car()
     units = start.setup.units()
-    if car.equations == base.car.equations:
+    if car.equations == base.car.equations and setup.edges == start.setup.edges:
         return minimum_lap_time(
             road,
             car,

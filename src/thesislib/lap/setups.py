@@ -15,6 +15,7 @@ import numpy as np
 
 from thesislib import ocp, roads
 from thesislib.lap.adjustments import MAP_RANGES, MapRanges
+from thesislib.lap.edges import Edges
 from thesislib.lap.minimum_time import SETTINGS, Lap, minimum_lap_time
 from thesislib.lap.problem import FRONT_HEIGHT_LIMIT_M, HALF_WIDTH_M, Units, lap_problem, units_of
 from thesislib.ocp.storage import load, save
@@ -58,11 +59,15 @@ class Setup:
         Of the water-bed constraint (4.30).
     continuous_balance : float
         Bound on the aerodynamic balance as a control, row (Q); zero for none.
+    edges : {"centre", "wheels"}
+        Whether the mass centre stays within 4 m of the centre line, or all wheels on the road.
+    wheel_margin_m : float
+        Room between a wheel's contact centre and the edge of the road, if `edges` is "wheels".
 
     Raises
     ------
     ValueError
-        If there is no such metamodel.
+        If there is no such metamodel or no such edges.
     """
 
     track: str = "barcelona"
@@ -77,12 +82,16 @@ class Setup:
     free: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     ranges: MapRanges = MAP_RANGES
     continuous_balance: float = 0.0
+    edges: Edges = "centre"
+    wheel_margin_m: float = 0.0
 
     def __post_init__(self) -> None:
         if self.metamodel not in get_args(Suspension):
             raise ValueError(
                 f"metamodel = {self.metamodel!r} is not one of {', '.join(get_args(Suspension))}."
             )
+        if self.edges not in get_args(Edges):
+            raise ValueError(f"edges = {self.edges!r} is not one of {', '.join(get_args(Edges))}.")
 
     def road(self) -> roads.CentreLine:
         """Return the road; raises as `roads.load` and `roads.smoothed` do."""
@@ -107,6 +116,8 @@ class Setup:
             "continuous_balance": self.continuous_balance,
             "half_width_m": self.half_width_m,
             "front_height_limit_m": self.front_height_limit_m,
+            "edges": self.edges,
+            "wheel_margin_m": self.wheel_margin_m,
         }
 
     def problem(self, name: str, *, units: Units | None = None) -> ocp.Problem:
