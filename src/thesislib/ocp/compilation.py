@@ -53,20 +53,39 @@ def compiled(functions: list[ca.Function], wanted: bool | None = None) -> list[c
         for function in functions:
             generator.add(function)
         generator.generate(folder + os.sep)
-        source = (Path(folder) / "points.c").read_bytes()
-        key = hashlib.sha256(source + " ".join((compiler, *FLAGS)).encode()).hexdigest()[:32]
-        library = cache_folder() / f"points-{key}.so"
-        if not _is_intact(library):
-            built = Path(folder) / "points.so"
-            command = [compiler, *FLAGS, "-o", str(built), str(Path(folder) / "points.c"), "-lm"]
+        source = (Path(folder) / "points.c").read_text()
+    built = library("points", source)
+    return functions if built is None else [ca.external(f.name(), str(built)) for f in functions]
+
+
+def library(name: str, source: str) -> Path | None:
+    """Return a shared library of C source, from the cache if it is there, or None without a compiler.
+
+    Parameters
+    ----------
+    name : str
+        Beginning of its file's name.
+    source : str
+        What is compiled.
+    """
+    compiler = find_compiler()
+    if compiler is None:
+        return None
+    key = hashlib.sha256((source + " ".join((compiler, *FLAGS))).encode()).hexdigest()[:32]
+    kept = cache_folder() / f"{name}-{key}.so"
+    if not _is_intact(kept):
+        with tempfile.TemporaryDirectory() as folder:
+            written, built = Path(folder) / f"{name}.c", Path(folder) / f"{name}.so"
+            written.write_text(source)
+            command = [compiler, *FLAGS, "-o", str(built), str(written), "-lm"]
             run = subprocess.run(command, capture_output=True, text=True)
             if run.returncode:
                 # a compiler without the C library's headers is a usual sight
                 words = run.stderr.strip().splitlines() or ["without a word"]
                 _say_once(f"the C compiler {compiler} fails with status {run.returncode}: {words[0]}")
-                return functions
-            _keep(built, library)
-    return [ca.external(function.name(), str(library)) for function in functions]
+                return None
+            _keep(built, kept)
+    return kept
 
 
 @lru_cache(maxsize=1)
