@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import logging
+import time
 from dataclasses import dataclass, field
 from typing import Any
 
 import casadi as ca
 
+from thesislib.ocp.linear_solver import LinearSolver, linear_solver
+from thesislib.ocp.problem import ProblemError
 from thesislib.ocp.programme import Programme
 from thesislib.ocp.progress import Watch
 from thesislib.ocp.quadrature import Array
 from thesislib.ocp.settings import Settings
+
+logger = logging.getLogger(__name__)
+
+# Number of variables from which QDLDL is worth its start: MUMPS, which pivots, is quick below.
+LARGE = 5000
 
 # What IPOPT says when it got stuck, whatever the budget: another way may lead through.
 STUCK = (
@@ -60,11 +69,60 @@ def attempts(warm: bool) -> list[Attempt]:
 
 
 def minimise(
+    programme: Programme,
+    options: dict[str, Any],
+    start: dict[str, Array],
+    with_solver: str = "mumps",
+) -> tuple[dict[str, ca.DM], dict[str, Any]]:
+    """Return what IPOPT finds and what it says of that.
+
+    Parameters
+    ----------
+    programme : Programme
+        What is minimised.
+    options, start : dict
+        As `casadi.nlpsol` and its function take them.
+    with_solver : {"auto", "mumps", "ldl"}
+        The linear solver, see `Settings`. Where IPOPT gets stuck with QDLDL, MUMPS does it all again.
+
+    Raises
+    ------
+    ProblemError
+        If QDLDL is asked for and not to be had.
+    """
+    solver, before = _qdldl(programme, options, with_solver), 0
+    if solver is not None:
+        begun = time.process_time()
+        with solver:
+            found, stats = _called(programme, options | solver.options, start)
+        status, before = str(stats["return_status"]), int(stats["iter_count"])
+        if not solver.failed and status not in STUCK:
+            return found, stats
+        logger.info("IPOPT with QDLDL: %s after %d iterations; again with MUMPS", status, before)
+        left = options["ipopt.max_cpu_time"] - (time.process_time() - begun)
+        options = options | {"ipopt.max_cpu_time": max(left, 1e-3)}
+    found, stats = _called(programme, options, start)
+    return found, stats | {"iter_count": int(stats["iter_count"]) + before}
+
+
+def _called(
     programme: Programme, options: dict[str, Any], start: dict[str, Array]
 ) -> tuple[dict[str, ca.DM], dict[str, Any]]:
-    """Return what IPOPT finds and what it says of that."""
     solver = ca.nlpsol("solver", "ipopt", programme.nlp, options)
     return solver(**start), solver.stats()
+
+
+def _qdldl(programme: Programme, options: dict[str, Any], wanted: str) -> LinearSolver | None:
+    """Return QDLDL where it is wanted and to be had, None for MUMPS."""
+    if wanted == "auto" and (len(programme.lower) < LARGE or "ipopt.linear_solver" in options):
+        return None
+    solver = None if wanted == "mumps" else linear_solver(len(programme.rows_lower))
+    if wanted == "ldl" and solver is None:
+        raise ProblemError(
+            "linear_solver = 'ldl' needs a C compiler that THESIS_COMPILE does not forbid, QDLDL as C "
+            "functions, and an IPOPT that loads linear solvers; 'mumps' needs none of them"
+        )
+    return solver
 
 
 def options_of(

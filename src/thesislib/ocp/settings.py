@@ -72,6 +72,10 @@ class Settings:
         Initial barrier parameter of a warm start.
     form : {"differential", "integral"}
         Collocation by (2.147) or by (2.149): the same solutions from other equations.
+    linear_solver : {"auto", "mumps", "ldl"}
+        What solves IPOPT's linear systems: MUMPS, which pivots; or QDLDL, which does not and takes half
+        the time on a large programme. "auto" is QDLDL for large programmes where it is to be had. Where
+        IPOPT gets stuck with QDLDL it is called again with MUMPS.
     ipopt : mapping
         Further options of IPOPT by name, without the prefix.
     log_file : str, optional
@@ -93,6 +97,7 @@ class Settings:
     seconds: float = 1e9
     barrier: float = 1e-6
     form: Literal["differential", "integral"] = "differential"
+    linear_solver: Literal["auto", "mumps", "ldl"] = "auto"
     ipopt: Mapping[str, Any] = field(default_factory=dict)
     log_file: str | None = None
     progress: Callable[[Progress], bool | None] | None = None
@@ -114,6 +119,8 @@ class Settings:
             raise ProblemError(f"aim = {self.aim:g} is outside 0 .. 1")
         if not 0 <= self.reduction < 1:
             raise ProblemError(f"reduction = {self.reduction:g} is outside 0 .. 1")
+        if self.linear_solver not in ("auto", "mumps", "ldl"):
+            raise ProblemError(f"linear_solver = {self.linear_solver!r} is not one of auto, mumps, ldl")
         if not self.seconds > 0:
             raise ProblemError(f"seconds = {self.seconds:g} must be positive")
 

@@ -175,7 +175,10 @@ class _Run:
                 continue
             options = options_of(programme, settings, attempt, self._tolerance(draft), remaining)
             found, stats = minimise(
-                programme, options | callback(watch), fixed | (warm if attempt.warm else {})
+                programme,
+                options | callback(watch),
+                fixed | (warm if attempt.warm else {}),
+                settings.linear_solver,
             )
             iterations += int(stats["iter_count"])
             if watch is not None:
