@@ -29,6 +29,8 @@ _ADJUSTED = "adjusted "
 # constraints change sides.
 NEAR = replace(SETTINGS, tolerance=0.9, optimality=1e-6, draft=None)
 FAR = replace(NEAR, ipopt={"mu_init": 1e-2})
+# What both have of the equations keeps its multipliers; those of the rest have to be found.
+OTHER_EQUATIONS = replace(NEAR, ipopt={"mu_init": 1e-4})
 REFINING = replace(NEAR, meshes=4)
 POLISHED = replace(NEAR, optimality=SETTINGS.optimality)
 
@@ -218,8 +220,11 @@ def continued_row(
         added = [q.name for q in (*problem.parameters, *problem.controls) if q.name not in known]
         values = dict.fromkeys(added, 0.0) | dict(held or {})
         far = held is None and is_far(start.setup, setup)
+        settings = FAR if far else NEAR
+        if held is None and start.setup.readings != setup.readings:
+            settings = OTHER_EQUATIONS
         related = ocp.Related(solution, values, multipliers=not far)
-        solution = ocp.solve(problem, related, mesh, FAR if far else NEAR)
+        solution = ocp.solve(problem, related, mesh, settings)
         history += solution.history
         mesh, known = None, known | set(added)
     refined = ocp.solve(problem, solution, None, REFINING, tolerance=tolerance, accept_best=True)
@@ -240,7 +245,7 @@ def continued_row(
 def is_far(parent: Setup, setup: Setup) -> bool:
     """Whether a set-up stands otherwise on the road than its parent, or has a wider map or another road."""
     posture = {*HEIGHTS, *STIFFNESSES} & (set(setup.free) ^ set(parent.free))
-    kept = ("readings", "ranges", "edges")
+    kept = ("ranges", "edges")
     return bool(posture) or any(getattr(parent, name) != getattr(setup, name) for name in kept)
 
 
