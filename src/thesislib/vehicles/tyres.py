@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from thesislib.smoothing import smooth_maximum, smooth_minimum
-from thesislib.vehicles.elementary import elementary
+from thesislib.vehicles.elementary import elementary, square
 from thesislib.vehicles.readings import LoadRange, ShapeFactor
 
 # Under the root of (B.9). The direction (kappa_n, alpha_n)/rho has no limit at rho = 0; this rounds the
@@ -84,9 +84,10 @@ def tyre_forces(
     alpha_max = p["alpha_1"] + share * (p["alpha_2"] - p["alpha_1"])
     kappa_n = kappa / kappa_max
     alpha_n = alpha / alpha_max
-    rho = xp.sqrt(alpha_n * alpha_n + kappa_n * kappa_n + SLIP_FLOOR)
-    mu_x = mu_x_max * xp.sin(p["Q_x"] * xp.arctan(stiffness_factor(p["Q_x"], shape_factor) * rho))
-    mu_y = mu_y_max * xp.sin(p["Q_y"] * xp.arctan(stiffness_factor(p["Q_y"], shape_factor) * rho))
+    rho = xp.sqrt(square(alpha_n) + kappa_n * kappa_n + SLIP_FLOOR)
+    # rho first: a numpy scalar before an enclosure would take it for an array
+    mu_x = mu_x_max * xp.sin(p["Q_x"] * xp.arctan(rho * stiffness_factor(p["Q_x"], shape_factor)))
+    mu_y = mu_y_max * xp.sin(p["Q_y"] * xp.arctan(rho * stiffness_factor(p["Q_y"], shape_factor)))
     return TyreForces(
         F_x=mu_x * N * kappa_n / rho, F_y=-mu_y * N * alpha_n / rho, mu_x=mu_x, mu_y=mu_y, rho=rho
     )
