@@ -48,6 +48,8 @@ def promise(request, magic, found):
 def test_the_guaranteed_level_loses_little(promise):
     _, given = promise
     assert 0.9 < given.level < given.sampled
+    # a level that cannot be shown costs a million boxes, and some seconds: the first one tried has to hold
+    assert given.boxes < 100_000
 
 
 def test_no_motion_of_the_magic_formula_escapes(promise, truth, found):
@@ -57,12 +59,34 @@ def test_no_motion_of_the_magic_formula_escapes(promise, truth, found):
 
 
 def test_a_level_above_the_sampled_one_is_not_guaranteed(magic, found):
-    from thesislib.stability.guarantee import _axles, _Search
+    from thesislib.stability.enclosures import enclosed
+    from thesislib.stability.guarantee import _Search
 
     V = found.regions[2].V
-    search = _Search(magic, _axles(magic), V, 1.03 * sampled_level(magic, V))
-    search.most_boxes = 50_000
+    search = _Search(enclosed(magic), V, 1.03 * sampled_level(magic, V))
+    assert "V rises at a point below level" in search.run()
+
+
+def test_a_level_that_only_touches_is_given_up_after_the_boxes_allowed(magic, found):
+    from thesislib.stability.enclosures import enclosed
+    from thesislib.stability.guarantee import _Search
+
+    V = found.regions[2].V
+    search = _Search(enclosed(magic), V, (1 - 1e-6) * sampled_level(magic, V))
+    search.most_boxes = 5_000
     assert "boxes would be needed" in search.run()
+
+
+def test_samples_close_in_on_the_level_at_which_v_stops_falling(magic, found):
+    car, V = replace(magic, slip="arctan"), found.regions[4].V
+    close = sampled_level(car, V)
+    # along the curve on which it stops falling V changes by the square of the distance to its lowest point
+    assert close == pytest.approx(sampled_level(car, V, rays=1001, radii=500), rel=1e-5)
+
+
+def test_a_scale_that_makes_boxes_inexact_is_refused(magic, found):
+    with pytest.raises(ValueError, match="scale = 1/10 of V is not a power of two"):
+        guarantee(magic, found.regions[2].V, scale=Fraction(1, 10))
 
 
 def test_a_v_that_does_not_fall_is_refused(magic, found):
