@@ -15,6 +15,7 @@ import logging
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
@@ -348,9 +349,9 @@ def scaled_window(window: Window, to_state: Array, trim: Array) -> Window:
     return Window(window.name, window.normals @ to_state, window.limits - window.normals @ trim)
 
 
-def scaling(car_matrix: Array) -> Array:
+def scaling(car_matrix: Array, scale: Fraction = SCALE) -> Array:
     """Return to_state: (v, omega) - trim = to_state @ z."""
-    return np.asarray(np.linalg.inv(car_matrix) * float(SCALE))
+    return np.asarray(np.linalg.inv(car_matrix) * float(scale))
 
 
 def ascend_beta(

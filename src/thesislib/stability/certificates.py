@@ -26,7 +26,7 @@ from thesislib import provenance
 from thesislib.stability import checking
 from thesislib.stability.bivariate import Polynomial, exponents_between
 from thesislib.stability.checking import CertificateError, Verdict
-from thesislib.stability.fields import SCALE, TIME_UNIT, ExactCar, exact, to_floats
+from thesislib.stability.fields import TIME_UNIT, ExactCar, exact, to_floats
 from thesislib.stability.gram import Basis, products, split_by_parity, square
 from thesislib.stability.program import ProgramError, SosProgram
 from thesislib.stability.programs import EPSILON, Multiplier, bases, slack
@@ -123,7 +123,7 @@ def certify(
     below = exact_V - fmpq(1)
     document: dict[str, Any] = {
         "format": checking.FORMAT,
-        "scale": str(SCALE),
+        "scale": str(cars[0].scale),
         "time_unit": str(TIME_UNIT),
         "epsilon": str(Fraction(EPSILON)),
         "gamma": "1",
@@ -270,10 +270,12 @@ def _car(car: ExactCar) -> dict[str, Any]:
             "denominator": [str(c) for c in tyre[1]],
             "factor": str(factor),
             "trim": str(trim),
+            **({"moment": [str(c) for c in moment]} if moment else {}),
         }
-        for name, tyre, factor, trim in (
-            ("front", car.front, car.front_factor, car.trim[0]),
-            ("rear", car.rear, car.rear_factor, car.trim[1]),
+        for name, tyre, factor, trim, moment in (
+            ("front", car.front, car.front_factor, car.trim[0], car.front_moment),
+            ("rear", car.rear, car.rear_factor, car.trim[1], car.rear_moment),
         )
     }
-    return {**numbers, **axles}
+    forcing = {"forcing": [str(c) for c in car.forcing]} if any(car.forcing) else {}
+    return {**numbers, **forcing, **axles}

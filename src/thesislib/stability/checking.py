@@ -137,8 +137,10 @@ def _field(car: Mapping[str, Any], scale: fmpq, time_unit: fmpq) -> tuple[Terms,
     """Return n_1, n_2 and d of the equations of motion (7.4), (7.5) in scaled slips about the trim.
 
     With alpha_i = alpha_i* + scale z_i, xi_f = alpha_f + delta and xi_r = alpha_r,
-    alpha_f' = (F_f + F_r)/(M u) + a (a F_f - b F_r)/(I u) - u (xi_f - xi_r)/l - u' xi_f/u, and
-    alpha_r' with -b for a and xi_r for xi_f in the last term.
+    alpha_f' = (F_f + F_r - Y)/(M u) + a (a F_f - b F_r + M_f + M_r - N)/(I u) - u (xi_f - xi_r)/l
+               - u' xi_f/u,
+    and alpha_r' with -b for the first a and xi_r for xi_f in the last term. The constant side force Y and yaw
+    moment N and the axles' own moments M_f, M_r are zero where they are not named.
     """
     mass, I_z, a, b, u, delta, acceleration = (
         _number(car[k]) for k in ("mass", "I_z", "a", "b", "u_0", "delta", "acceleration")
@@ -152,14 +154,17 @@ def _field(car: Mapping[str, Any], scale: fmpq, time_unit: fmpq) -> tuple[Terms,
         numerator, denominator = ([_number(c) for c in tyre[k]] for k in ("numerator", "denominator"))
         _require_no_root(denominator, name)
         at_trim = _value(denominator, trim)
-        F, D = (
+        moment = [_number(c) for c in tyre.get("moment", ())]
+        F, D, M = (
             {((k, 0) if axis == 0 else (0, k)): c / at_trim for k, c in enumerate(_shifted(p, trim, scale))}
-            for p in (numerator, denominator)
+            for p in (numerator, denominator, moment)
         )
         xi = {(0, 0): trim + (delta if axis == 0 else 0), ((1, 0) if axis == 0 else (0, 1)): scale}
-        axles.append((_scaled(F, factor), D, xi))
-    (N_f, D_f, xi_f), (N_r, D_r, xi_r) = axles
+        axles.append((_scaled(F, factor), D, M, xi))
+    (N_f, D_f, L_f, xi_f), (N_r, D_r, L_r, xi_r) = axles
     F_f, F_r, d = _multiply(N_f, D_r), _multiply(N_r, D_f), _multiply(D_f, D_r)
+    side, yaw = (_number(c) for c in car.get("forcing", ("0", "0")))
+    M = _add(_add(_multiply(L_f, D_r), _multiply(L_r, D_f)), d, -yaw)
     turning = _scaled(_add(xi_f, xi_r, fmpq(-1)), u / (a + b))
     result = []
     for lever, xi in ((a, xi_f), (-b, xi_r)):
@@ -167,6 +172,7 @@ def _field(car: Mapping[str, Any], scale: fmpq, time_unit: fmpq) -> tuple[Terms,
             _scaled(F_f, 1 / (mass * u) + lever * a / (I_z * u)),
             _scaled(F_r, 1 / (mass * u) - lever * b / (I_z * u)),
         )
+        force = _add(_add(force, M, lever / (I_z * u)), d, -side / (mass * u))
         rest = _multiply(d, _add(turning, xi, acceleration / u))
         result.append(_scaled(_add(force, rest, fmpq(-1)), time_unit / scale))
     return result[0], result[1], d

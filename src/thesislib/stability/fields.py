@@ -5,11 +5,13 @@ in units of time tau, and d is the product of both tyres' denominators, each div
 trim. All coefficients are rational numbers, so that a certificate speaks of this model and not of one close
 to it. A trim in a corner is no rational number; its slips are rounded to 40 binary digits, and steering
 angle and rear tyre factor are adjusted by less than 1e-9 so that the rounded one is an equilibrium exactly.
+A car that passes through a corner is in no equilibrium; a constant side force and yaw moment, those of its
+own inertia at that moment, make it one, and its axles may add a yaw moment to their side force.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from math import comb
@@ -29,6 +31,8 @@ SCALE = Fraction(1, 4)
 TIME_UNIT = Fraction(1, 8)
 """tau, s."""
 
+_NONE = (Fraction(0),)
+
 
 @dataclass(frozen=True)
 class ExactCar:
@@ -46,6 +50,13 @@ class ExactCar:
         Slip angles (alpha_f*, alpha_r*) of the equilibrium, rad.
     acceleration : Fraction
         du/dt, m/s²; not zero for straight running only.
+    front_moment, rear_moment : tuple of Fraction
+        Numerators, over the denominators of the forces, of the yaw moment in N m that an axle's longitudinal
+        forces add to a F_f or -b F_r; empty for none.
+    forcing : tuple of two Fractions
+        Constant side force in N and yaw moment in N m, subtracted from those of the axles.
+    scale : Fraction
+        D, rad.
     """
 
     mass: Fraction
@@ -60,6 +71,10 @@ class ExactCar:
     rear_factor: Fraction = Fraction(1)
     trim: tuple[Fraction, Fraction] = (Fraction(0), Fraction(0))
     acceleration: Fraction = Fraction(0)
+    front_moment: tuple[Fraction, ...] = ()
+    rear_moment: tuple[Fraction, ...] = ()
+    forcing: tuple[Fraction, Fraction] = (Fraction(0), Fraction(0))
+    scale: Fraction = SCALE
 
     @classmethod
     def at_trim(
@@ -94,8 +109,8 @@ class ExactCar:
             b=b,
             u_0=u_0,
             delta=delta,
-            front=_exact_tyre(car.front),
-            rear=_exact_tyre(car.rear),
+            front=exact_tyre(car.front),
+            rear=exact_tyre(car.rear),
             front_factor=decimal(factors[0]),
             rear_factor=decimal(factors[1]),
             acceleration=decimal(acceleration),
@@ -121,26 +136,51 @@ class ExactCar:
         }
         return ExactCar(**values)
 
+    def held_at(self, alpha_f: float, alpha_r: float) -> ExactCar:
+        """Return the car with these slip angles, rounded to 40 binary digits, held as its equilibrium.
+
+        A constant side force and yaw moment do it; steering angle and factors stay as they are.
+        """
+        trim = (Fraction(round(alpha_f * 2**40), 2**40), Fraction(round(alpha_r * 2**40), 2**40))
+        F_f, F_r = (
+            self.front_factor * _ratio(self.front, trim[0]),
+            self.rear_factor * _ratio(self.rear, trim[1]),
+        )
+        M_f, M_r = (
+            _ratio((moment or _NONE, tyre[1]), alpha)
+            for moment, tyre, alpha in zip(
+                (self.front_moment, self.rear_moment), (self.front, self.rear), trim, strict=True
+            )
+        )
+        w = self.u_0 * (trim[0] + self.delta - trim[1]) / (self.a + self.b)
+        side = F_f + F_r - self.mass * self.u_0 * w
+        return replace(self, trim=trim, forcing=(side, self.a * F_f - self.b * F_r + M_f + M_r))
+
     @cached_property
     def field(self) -> Field:
         """The field about the equilibrium."""
         (N_f, D_f), (N_r, D_r) = (
-            _about(tyre, alpha, axis)
+            _about(tyre, alpha, axis, self.scale)
             for axis, (tyre, alpha) in enumerate(zip((self.front, self.rear), self.trim, strict=True))
         )
+        M_f, _ = _about((self.front_moment or _NONE, self.front[1]), self.trim[0], 0, self.scale)
+        M_r, _ = _about((self.rear_moment or _NONE, self.rear[1]), self.trim[1], 1, self.scale)
         F_f, F_r = N_f * D_r * exact(self.front_factor), N_r * D_f * exact(self.rear_factor)
         d = D_f * D_r
         s_f, s_r = (
-            Polynomial.from_terms({(0, 0): exact(offset), axis: exact(SCALE)})
+            Polynomial.from_terms({(0, 0): exact(offset), axis: exact(self.scale)})
             for offset, axis in ((self.trim[0] + self.delta, (1, 0)), (self.trim[1], (0, 1)))
         )
         yaw = (s_f - s_r) * exact(self.u_0 / (self.a + self.b))
-        sum_, moment = F_f + F_r, F_f * exact(self.a) - F_r * exact(self.b)
+        sum_ = F_f + F_r - d * exact(self.forcing[0])
+        moment = (
+            F_f * exact(self.a) - F_r * exact(self.b) + M_f * D_r + M_r * D_f - d * exact(self.forcing[1])
+        )
         rates = []
         for lever, s in ((self.a, s_f), (-self.b, s_r)):
             force = sum_ * exact(1 / (self.mass * self.u_0)) + moment * exact(lever / (self.I_z * self.u_0))
             slowing = s * exact(self.acceleration / self.u_0)
-            rates.append((force - d * (yaw + slowing)) * exact(TIME_UNIT / SCALE))
+            rates.append((force - d * (yaw + slowing)) * exact(TIME_UNIT / self.scale))
         return Field((rates[0], rates[1]), d)
 
 
@@ -200,7 +240,14 @@ def to_floats(p: Polynomial) -> Polynomial:
     return Polynomial(as_float(p.coefficients))
 
 
-def _exact_tyre(tyre: Tyre) -> tuple[tuple[Fraction, ...], tuple[Fraction, ...]]:
+def exact_tyre(tyre: Tyre) -> tuple[tuple[Fraction, ...], tuple[Fraction, ...]]:
+    """Return numerator and denominator of a rational tyre.
+
+    Raises
+    ------
+    TypeError
+        If it is another.
+    """
     if not isinstance(tyre, RationalTyre):
         raise TypeError(f"A rational field needs RationalTyre axles, not {type(tyre).__name__}.")
     return tuple(map(decimal, tyre.numerator)), tuple(map(decimal, tyre.denominator))
@@ -212,7 +259,7 @@ def _ratio(tyre: tuple[tuple[Fraction, ...], tuple[Fraction, ...]], alpha: Fract
 
 
 def _about(
-    tyre: tuple[tuple[Fraction, ...], tuple[Fraction, ...]], alpha: Fraction, axis: int
+    tyre: tuple[tuple[Fraction, ...], tuple[Fraction, ...]], alpha: Fraction, axis: int, scale: Fraction
 ) -> tuple[Polynomial, Polynomial]:
     """Return numerator and denominator in z along an axis, divided by the denominator at alpha."""
     at_trim = sum(c * alpha**k for k, c in enumerate(tyre[1]))
@@ -221,6 +268,6 @@ def _about(
         terms = {}
         for power in range(len(part)):
             c = sum(part[k] * comb(k, power) * alpha ** (k - power) for k in range(power, len(part)))
-            terms[(power, 0) if axis == 0 else (0, power)] = exact(Fraction(c) * SCALE**power / at_trim)
+            terms[(power, 0) if axis == 0 else (0, power)] = exact(Fraction(c) * scale**power / at_trim)
         shifted.append(Polynomial.from_terms(terms))
     return shifted[0], shifted[1]

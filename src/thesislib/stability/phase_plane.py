@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ _OFFSET = (
     1e-6  # of a manifold's first point from its saddle, in slip coordinates: its curvature enters squared
 )
 _BETWEEN = 30  # points of a manifold for each step of the integrator
+_LOST = 3.0  # rad: a motion that has reached this slip is not followed further
 _FAR = 1.6  # rad: a manifold is followed until a slip is this large
 
 
@@ -188,28 +190,60 @@ def stable_manifold(car: Bicycle, saddle: Points) -> Points:
     return np.asarray(car.from_slip(np.concatenate([branches[1][::-1], branches[0]])))
 
 
-def escapes(car: Bicycle, starts: Points, *, time: float = 20.0, step: float = 0.01) -> int:
-    """Return how many motions from `starts` do not come within 0.01 rad of slip of the trim.
+class LateralMotion(Protocol):
+    """What is asked of a car to follow its motions."""
 
-    All at once, by the classical Runge-Kutta method; what has arrived is not followed further.
+    def trim(self) -> Points:
+        """Return the equilibrium (v, omega)."""
+
+    def rates(self, x: Any) -> Any:
+        """Return d(v, omega)/dt of states (..., 2)."""
+
+    def to_slip(self, x: Any) -> Any:
+        """Return slip coordinates of states (..., 2)."""
+
+
+def escapes(car: LateralMotion, starts: Points, *, time: float = 20.0, step: float = 0.01) -> int:
+    """Return how many motions from `starts` do not come within 0.01 rad of slip of the trim.
 
     Parameters
     ----------
-    car : Bicycle
+    car, starts, time, step
+        As of `returns`.
+    """
+    return int(np.count_nonzero(~returns(car, starts, time=time, step=step)))
+
+
+def returns(
+    car: LateralMotion, starts: Points, *, time: float = 20.0, step: float = 0.01, arrival: float = 0.01
+) -> NDArray[np.bool_]:
+    """Return which motions from `starts` come back to the trim, shape (n,).
+
+    All at once, by the classical Runge-Kutta method; what has arrived is not followed further, nor what has
+    reached a slip coordinate of 3 (72°).
+
+    Parameters
+    ----------
+    car : LateralMotion
     starts : array, shape (n, 2)
         States (v, omega).
     time, step : float
         Longest motion and length of a step, s.
+    arrival : float
+        A motion has come back within this distance of the trim, rad of slip.
     """
     x, trim = np.array(starts, dtype=float), car.trim()
-    with np.errstate(over="ignore", invalid="ignore"):
-        for _ in range(round(time / step)):
-            k_1 = car.rates(x)
-            k_2 = car.rates(x + step / 2 * k_1)
-            k_3 = car.rates(x + step / 2 * k_2)
-            k_4 = car.rates(x + step * k_3)
-            x = x + step / 6 * (k_1 + 2 * k_2 + 2 * k_3 + k_4)
-            x = x[~(np.abs(car.to_slip(x - trim)).max(axis=-1) < 0.01)]
-            if len(x) == 0:
-                break
-    return len(x)
+    back, moving = np.zeros(len(x), bool), np.arange(len(x))
+    for _ in range(round(time / step)):
+        k_1 = car.rates(x)
+        k_2 = car.rates(x + step / 2 * k_1)
+        k_3 = car.rates(x + step / 2 * k_2)
+        k_4 = car.rates(x + step * k_3)
+        x = x + step / 6 * (k_1 + 2 * k_2 + 2 * k_3 + k_4)
+        away = np.abs(car.to_slip(x - trim)).max(axis=-1)
+        back[moving[away < arrival]] = True
+        followed = (away >= arrival) & (away < _LOST)
+        x, moving = x[followed], moving[followed]
+        if len(x) == 0:
+            break
+    return back

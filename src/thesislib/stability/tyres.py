@@ -22,6 +22,8 @@ _DIGITS = (
     6  # of a fitted coefficient: the fit is then a model that can be quoted, and its errors are the same
 )
 
+_NEAR = 0.05  # rad: how far from its trim a fit in a corner has to be close
+
 
 class Tyre(Protocol):
     """What a car asks of an axle."""
@@ -159,6 +161,68 @@ def rational_fit(tyre: Tyre, reach: float = FIT_RANGE) -> RationalTyre:
         )
     numerator = _quotable(np.array([0.0, p_3 * largest, 0.0, p_1 * largest]))
     return RationalTyre(numerator, _quotable(np.array([q_2, 0.0, q_1, 0.0, 1.0])))
+
+
+@dataclass(frozen=True)
+class CorneringFit:
+    """Side force and yaw moment of an axle over its slip, as rational functions with one denominator.
+
+    Attributes
+    ----------
+    force, moment : RationalTyre
+        N and N m.
+    """
+
+    force: RationalTyre
+    moment: RationalTyre
+
+
+def cornering_fit(
+    alpha: NDArray[np.float64], force: NDArray[np.float64], moment: NDArray[np.float64], trim: float
+) -> CorneringFit:
+    """Return the fit of an axle whose tyres are loaded and driven unequally, close about its trim.
+
+    The form is that of (7.13) with a constant and a quadratic term, as no symmetry is left; errors count
+    less the further they are from the trim, half as much at 0.05 rad.
+
+    Parameters
+    ----------
+    alpha : array, shape (n,)
+        Slips, rad, on both sides of zero.
+    force, moment : array, shape (n,)
+        N and N m there.
+    trim : float
+        Slip of the trim, rad.
+
+    Raises
+    ------
+    ValueError
+        If the fit degenerates.
+    """
+    reach = float(np.abs(alpha).max())
+    weight = 1 / (1 + ((alpha - trim) / _NEAR) ** 2)
+    powers = (alpha[:, None] / reach) ** np.arange(5)
+    values = np.stack([force, moment], axis=-1)
+
+    def fitted(x: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        basis = powers[:, :4] / (powers[:, ::2] @ np.array([*np.exp(x), 1.0]))[:, None]
+        numerators, *_ = np.linalg.lstsq(basis * weight[:, None], values * weight[:, None], rcond=None)
+        return numerators, basis @ numerators
+
+    def residuals(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        misses = (fitted(x)[1] - values) * weight[:, None] / np.abs(force).max()
+        return np.asarray(misses.ravel())
+
+    found = least_squares(residuals, np.log([0.2, 1.8]), bounds=(np.log(1e-3), np.log(100.0)))
+    if found.active_mask.any():
+        raise ValueError(
+            f"The rational fit of an axle about {np.degrees(trim):.3g}° of slip degenerates: a coefficient "
+            "of its denominator runs to the end of 0.001 .. 100."
+        )
+    q_2, q_1 = np.exp(found.x) * reach ** np.array([4, 2])
+    denominator = _quotable([q_2, 0.0, q_1, 0.0, 1.0])
+    numerators = fitted(found.x)[0] * reach ** (4.0 - np.arange(4))[:, None]
+    return CorneringFit(*(RationalTyre(_quotable(each), denominator) for each in numerators.T))
 
 
 def _samples(reach: float) -> NDArray[np.float64]:
