@@ -12,11 +12,9 @@ from thesislib.stability import checking
 from thesislib.stability.ascent import scaling
 from thesislib.stability.fields import TIME_UNIT
 from thesislib.stability.margins import (
-    SCALE,
     certified_margin,
     exact_trim,
     margin_case,
-    simulated_energy,
     simulated_reach,
 )
 from thesislib.stability.phase_plane import returns
@@ -40,15 +38,11 @@ def document(margin):
     return margin.certificate.document
 
 
-def boundary(trim, margin):
-    region = margin.region
-    return region.boundary(scaling(trim.matrix, SCALE), trim.trim(), rays=72, level=margin.guarantee.level)
-
-
 @pytest.mark.parametrize("key", [("row C", 5), ("row C", 8), ("row C", 15)])
 def test_the_fitted_car_is_the_trim_nearby(key):
     trim = TRIMS[key]
-    field, to_state = exact_trim(trim).field, scaling(trim.matrix, SCALE)
+    scale = Fraction(1, 16)
+    field, to_state = exact_trim(trim, scale).field, scaling(trim.matrix, scale)
     assert not any(n.coefficients[0, 0] for n in field.n)  # an equilibrium, exactly
     n_1, n_2, d = field.floats
     for z in ([0.2, 0.1], [-0.3, 0.2], [0.1, -0.4]):
@@ -86,7 +80,7 @@ def test_a_changed_certificate_is_refused(document, path):
 
 
 def test_no_start_on_the_boundary_is_lost_by_either_model(trim, margin):
-    starts = boundary(trim, margin)
+    starts = trim.trim() + margin.boundary(rays=72)
     assert returns(trim, starts, arrival=2e-3).all()
 
     whole = SimpleNamespace(trim=trim.trim, to_slip=trim.to_slip, rates=trim.whole_car_rates)
@@ -95,25 +89,32 @@ def test_no_start_on_the_boundary_is_lost_by_either_model(trim, margin):
 
 def test_certified_margins_are_below_simulated_ones(trim, margin):
     ways = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
-    certified = [margin.along(trim, *way) for way in ways]
+    certified = [margin.along(*way) for way in ways]
     assert (certified < simulated_reach(trim, ways)).all()
-    assert 0.2 * simulated_energy(trim) < margin.energy_speed < simulated_energy(trim)
+    assert 0.5 * margin.simulated < margin.energy_speed < margin.simulated
 
 
 def test_a_margin_along_an_axis_ends_where_v_is_one(trim, margin):
-    to_slip = np.linalg.inv(scaling(trim.matrix, SCALE))
+    to_slip = np.linalg.inv(scaling(trim.matrix, margin.scale))
     V = margin.certificate.V
     for way in ([1.0, 0.0], [0.0, -1.0]):
-        reach = margin.along(trim, *way)
+        reach = margin.along(*way)
         assert float(V(*(to_slip @ (reach * np.array(way))))) == pytest.approx(1.0, abs=1e-9)
         assert all(float(V(*(to_slip @ (x * reach * np.array(way))))) < 1 for x in np.linspace(0, 0.99, 50))
 
 
 def test_the_ellipse_touches_the_set_nearly(trim, margin):
-    away = boundary(trim, margin) - trim.trim()
+    away = margin.boundary(rays=72)
     nearest = np.hypot(away[:, 0], trim.gyration * away[:, 1]).min()
     # inside, and short of it by the largest step by which it may shrink before it is certified
     assert 0.97 * nearest < margin.energy_speed < nearest
+
+
+def test_near_a_limit_of_stability_the_scale_follows_the_region():
+    trim = TRIMS["row C", 15]
+    small = certified_margin(trim, degree=2, steps=2)
+    assert small.scale < Fraction(1, 32)
+    assert 0 < small.energy_speed < small.simulated < 0.2
 
 
 def test_an_unstable_trim_has_no_margin_and_says_so():

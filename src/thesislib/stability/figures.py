@@ -223,3 +223,30 @@ def area_maps(figure: Figure, maps: Sequence[tuple[str, str, Array, Array, Array
         figure.colorbar(filled, ax=axes, label="certified area (m/s · rad/s)")
         axes.set(xlabel=x_label, ylabel=y_label)
     return figure
+
+
+def margins(figure: Figure, cases: Mapping[str, Mapping[str, Any]]) -> Figure:
+    """Draw certified sets of disturbances, with the certified ellipse and the simulated one, a panel each.
+
+    Parameters
+    ----------
+    figure : matplotlib.figure.Figure
+    cases : mapping of str to mapping
+        Title to a result of `thesislib.stability.margins.margin_case`.
+    """
+    all_axes = np.atleast_1d(figure.subplots(1, len(cases)))
+    turn = np.linspace(0, 2 * np.pi, 181)
+    for axes, (name, case) in zip(all_axes, cases.items(), strict=True):
+        v, w = _closed(case["boundary"]).T
+        axes.plot(v, np.degrees(w), color=_COLOURS[0], label="certified", zorder=4)
+        for key, colour, dashes, label in (
+            ("energy", _COLOURS[2], "-", "largest certified ellipse"),
+            ("simulated_energy", _BLACK, "--", "largest ellipse by simulation"),
+        ):
+            ellipse = case[key] * np.cos(turn), np.degrees(case[key] / case["gyration"] * np.sin(turn))
+            axes.plot(*ellipse, dashes, color=colour, label=label, zorder=3)
+        axes.plot(0, 0, "*", color=_COLOURS[3], ms=9, zorder=6, label="trim")
+        axes.set(title=name, xlabel="change of lateral speed (m/s)")
+    all_axes[0].set_ylabel("change of yaw rate (°/s)")
+    figure.legend(*all_axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
+    return figure

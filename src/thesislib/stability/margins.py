@@ -37,9 +37,7 @@ from thesislib.stability.tyres import cornering_fit
 
 Array = NDArray[np.float64]
 
-SCALE = Fraction(1, 16)
-"""D, rad: the tyres of a racing car have their peaks at a tenth of a radian."""
-
+_SIZE = 0.3  # of the simulated ellipse in z: sets of about one have coefficients that a solver can handle
 REACH = 0.6
 """Slips over which the axles are fitted, +- rad: a car that spins passes through them."""
 
@@ -49,8 +47,21 @@ _SHRINKS = (1e-4, 2e-3, 1e-2, 5e-2)
 """Below the sampled size of the ellipse; the first that is certified counts."""
 
 
-def exact_trim(trim: RacingTrim) -> ExactCar:
-    """Return the car at a trim with rational fits of its axles, in rational numbers.
+def slip_scale(trim: RacingTrim, energy_speed: float) -> Fraction:
+    """Return D in rad, a power of two: near a limit of stability regions are hundreds of times smaller.
+
+    Parameters
+    ----------
+    trim : RacingTrim
+    energy_speed : float
+        m/s, of the simulated ellipse.
+    """
+    power = round(float(np.log2(energy_speed / trim.u_0 / _SIZE)))
+    return Fraction(2) ** int(np.clip(power, -12, -2))
+
+
+def exact_trim(trim: RacingTrim, scale: Fraction) -> ExactCar:
+    """Return the car at a trim with rational fits of its axles, in rational numbers and units D = `scale`.
 
     Its slip angles are xi - delta at the front and xi at the rear; what arctan and the wheels' own speeds
     make of them is in the fits.
@@ -78,14 +89,14 @@ def exact_trim(trim: RacingTrim) -> ExactCar:
         rear=exact_tyre(rear.force),
         front_moment=exact_tyre(front.moment)[0],
         rear_moment=exact_tyre(rear.moment)[0],
-        scale=SCALE,
+        scale=scale,
     )
     return car.held_at(*places)
 
 
-def energy(trim: RacingTrim) -> Polynomial:
+def energy(trim: RacingTrim, scale: Fraction) -> Polynomial:
     """Return s = dv² + k² domega² in z, (m/s)²: twice a disturbance's kinetic energy over the mass."""
-    to_state = scaling(trim.matrix, SCALE)
+    to_state = scaling(trim.matrix, scale)
     return quadratic(to_state.T @ np.diag([1.0, trim.gyration**2]) @ to_state)
 
 
@@ -95,6 +106,9 @@ class Margin:
 
     Attributes
     ----------
+    trim : RacingTrim
+    simulated : float
+        sqrt(s) in m/s of the largest ellipse that simulation finds.
     region : Region
         Of the fitted car, as the ascent left it.
     guarantee : Guarantee
@@ -103,9 +117,21 @@ class Margin:
         Of that level, with the ellipse inside.
     """
 
+    trim: RacingTrim
+    simulated: float
     region: Region
     guarantee: Guarantee
     certificate: Certificate
+
+    @property
+    def scale(self) -> Fraction:
+        """D, rad."""
+        return self.region.cars[0].scale
+
+    def boundary(self, rays: int = 720) -> Array:
+        """Return the boundary of the certified set as (dv, domega), shape (rays, 2)."""
+        to_state = scaling(self.trim.matrix, self.scale)
+        return self.region.boundary(to_state, np.zeros(2), rays, self.guarantee.level)
 
     @property
     def energy_speed(self) -> float:
@@ -114,14 +140,14 @@ class Margin:
         assert beta is not None
         return float(np.sqrt(beta))
 
-    def along(self, trim: RacingTrim, v: float, omega: float) -> float:
+    def along(self, v: float, omega: float) -> float:
         """Return how far {V <= 1} reaches in a direction (v, omega) from the trim, a lower bound.
 
         The roots of V = 1 on the line are isolated by python-flint.
         """
-        u, a, b = decimal(trim.u_0), decimal(trim.a), decimal(trim.b)
+        u, a, b = (decimal(getattr(self.trim, name)) for name in ("u_0", "a", "b"))
         dv, dw = Fraction(v), Fraction(omega)
-        x, y = ((dv + lever * dw) / (u * SCALE) for lever in (a, -b))
+        x, y = ((dv + lever * dw) / (u * self.scale) for lever in (a, -b))
         V = self.certificate.document["V"]
         coefficients = [Fraction(-1)] + [Fraction(0)] * self.certificate.verdict.degree
         for i, j, value in V:
@@ -150,13 +176,15 @@ def certified_margin(trim: RacingTrim, *, degree: int = 4, steps: int = 12) -> M
     """
     if trim.growth >= 0:
         raise ValueError(_unstable(trim))
-    car, to_state = exact_trim(trim), scaling(trim.matrix, SCALE)
+    simulated = simulated_energy(trim)
+    scale = slip_scale(trim, simulated)
+    car, to_state, shape = exact_trim(trim, scale), scaling(trim.matrix, scale), energy(trim, scale)
     stiff: Array = np.asarray(np.linalg.solve(to_state, trim.jacobian(trim.trim()) @ to_state), float)
-    goal = Goal(shape=energy(trim))
-    found = ascend([car], range(2, degree + 1, 2), goal, to_state, stiff=stiff, steps=steps)
-    region = found[degree]
-    promise = guarantee(trim, region.V, scale=SCALE)
-    return Margin(region, promise, _certified(car, region.V * (1 / promise.level), energy(trim)))
+    degrees = range(2, degree + 1, 2)
+    region = ascend([car], degrees, Goal(shape=shape), to_state, stiff=stiff, steps=steps)[degree]
+    promise = guarantee(trim, region.V, scale=scale)
+    certificate = _certified(car, region.V * (1 / promise.level), shape)
+    return Margin(trim, simulated, region, promise, certificate)
 
 
 def _unstable(trim: RacingTrim) -> str:
@@ -231,7 +259,7 @@ class _Motion:
 
 
 def _returns(car: LateralMotion, starts: Array) -> NDArray[np.bool_]:
-    return returns(car, starts, time=6.0, step=0.01, arrival=_ARRIVAL)
+    return returns(car, starts, time=6.0, step=0.02, arrival=_ARRIVAL)
 
 
 def margin_case(lap: str, corner: int, degree: int = 4, steps: int = 12) -> dict[str, Any]:
@@ -248,12 +276,12 @@ def margin_case(lap: str, corner: int, degree: int = 4, steps: int = 12) -> dict
     Returns
     -------
     dict
-        ``growth`` 1/s; certified ``energy`` m/s; ``v_in v_out`` m/s and ``omega_in omega_out`` rad/s,
-        certified, towards the inside and the outside of the turn; the same with ``simulated_`` before, inf
-        where no disturbance up to 8 m/s or rad/s is lost; ``lost``, how many of 72 starts on the boundary do
-        not return by the model of chapter 4, in which each wheel's speed follows the yaw rate; ``boundary``
-        (m/s, rad/s) about the trim, and ``certificate``. An unstable trim and one at which nothing can be
-        certified have ``growth`` and a ``reason`` only.
+        ``growth`` 1/s; ``gyration`` k in m; certified ``energy`` m/s and the ``simulated_energy``; ``v_in
+        v_out`` m/s and ``omega_in omega_out`` rad/s, certified, towards the inside and the outside of the
+        turn; the same with ``simulated_`` before, inf where no disturbance up to 8 m/s or rad/s is lost;
+        ``lost``, how many of 72 starts on the boundary do not return by the model of chapter 4, in which each
+        wheel's speed follows the yaw rate; ``boundary`` (m/s, rad/s) about the trim, and ``certificate``. An
+        unstable trim and one at which nothing can be certified have ``growth`` and a ``reason`` only.
     """
     trim = next(one for one in read_trims() if (one.lap, one.corner) == (lap, corner))
     result: dict[str, Any] = {"growth": trim.growth, "reason": ""}
@@ -267,13 +295,14 @@ def margin_case(lap: str, corner: int, degree: int = 4, steps: int = 12) -> dict
     ways = {"v_in": (inside, 0.0), "v_out": (-inside, 0.0)}
     ways |= {"omega_in": (0.0, inside), "omega_out": (0.0, -inside)}
     reach = simulated_reach(trim, np.array(list(ways.values())))
-    result |= {name: margin.along(trim, *way) for name, way in ways.items()}
+    result |= {name: margin.along(*way) for name, way in ways.items()}
     result |= {f"simulated_{name}": float(far) for name, far in zip(ways, reach, strict=True)}
     whole = _Motion(trim, trim.whole_car_rates)
-    boundary = margin.region.boundary(scaling(trim.matrix, SCALE), np.zeros(2), level=margin.guarantee.level)
+    boundary = margin.boundary()
     return result | {
+        "gyration": trim.gyration,
         "energy": margin.energy_speed,
-        "simulated_energy": simulated_energy(trim),
+        "simulated_energy": margin.simulated,
         "lost": int(np.count_nonzero(~_returns(whole, trim.trim() + boundary[::10]))),
         "level": margin.guarantee.level,
         "boundary": boundary,
