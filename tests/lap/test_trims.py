@@ -15,7 +15,7 @@ class GivenLap:
     """One corner from 100 to 300 m, and one across the start line."""
 
     def __init__(self):
-        self.s = np.arange(0.0, LENGTH, 2.5)
+        self.s = np.arange(0.0, LENGTH, 1.0)
         self.track = self
         self.length = LENGTH
         s = self.s

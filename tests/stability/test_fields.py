@@ -64,3 +64,31 @@ def test_what_has_no_rational_field_is_refused(car, magic):
 
 def test_a_float_is_read_as_it_is_written():
     assert decimal(1.2) == Fraction(6, 5)
+
+
+def test_a_car_held_at_any_slips_is_in_equilibrium_exactly(exact):
+    held = replace(exact, front_moment=(Fraction(40), Fraction(-900)), scale=Fraction(1, 16)).held_at(
+        0.05, -0.11
+    )
+    n_1, n_2 = held.field.n
+    assert n_1.coefficients[0, 0] == 0 and n_2.coefficients[0, 0] == 0
+    assert any(held.forcing)
+
+
+def test_an_axle_s_own_moment_and_the_forcing_act_as_newton_says(car, exact):
+    moment = (Fraction(40), Fraction(-900))
+    held = replace(exact, front_moment=moment).held_at(0.05, -0.11)
+    z = np.array([0.1, -0.3])
+    alpha = np.array([0.05, -0.11]) + 0.25 * z
+    xi = alpha + np.array([float(held.delta), 0.0])
+    M_f = np.polynomial.polynomial.polyval(alpha[0], [40.0, -900.0]) / np.polynomial.polynomial.polyval(
+        alpha[0], car.front.denominator
+    )
+    side, yaw = map(float, held.forcing)
+    state = car.from_slip(xi)
+    F_f, F_r = car.front.force(alpha[0]), car.rear.force(alpha[1])
+    v_dot = (F_f + F_r - side) / car.mass - car.u_0 * state[1]
+    omega_dot = (car.a * F_f - car.b * F_r + M_f - yaw) / car.I_z
+    expected = car.to_slip([v_dot, omega_dot]) / 0.25
+    # the trim is rounded to 40 binary digits
+    assert np.allclose(field_rates(held.field, z), expected, rtol=1e-8, atol=1e-8)
