@@ -43,8 +43,9 @@ REACH = 0.6
 
 _ARRIVAL = 2e-3  # rad: from so near a stable trim a motion returns, certified or not
 _DIRECTIONS, _TRIES, _HALVINGS = 24, 24, 6  # of simulated disturbances; the largest is 8 m/s
-_SHRINKS = (1e-4, 2e-3, 1e-2, 5e-2)
-"""Below the sampled size of the ellipse; the first that is certified counts."""
+_BACK_OFFS = (0.0, 2e-3, 1.5e-2, 6e-2)  # below the guaranteed level; the first that is certified counts
+_SHRINK = 1e-4  # of the ellipse, below its sampled size
+_TURN = Rays(720)
 
 
 def slip_scale(trim: RacingTrim, energy_speed: float) -> Fraction:
@@ -113,14 +114,17 @@ class Margin:
         Of the fitted car, as the ascent left it.
     guarantee : Guarantee
         The level of its V that holds for the tyres themselves.
+    level : float
+        That level, or a little less.
     certificate : Certificate
-        Of that level, with the ellipse inside.
+        Of this level, with the ellipse inside.
     """
 
     trim: RacingTrim
     simulated: float
     region: Region
     guarantee: Guarantee
+    level: float
     certificate: Certificate
 
     @property
@@ -131,7 +135,7 @@ class Margin:
     def boundary(self, rays: int = 720) -> Array:
         """Return the boundary of the certified set as (dv, domega), shape (rays, 2)."""
         to_state = scaling(self.trim.matrix, self.scale)
-        return self.region.boundary(to_state, np.zeros(2), rays, self.guarantee.level)
+        return self.region.boundary(to_state, np.zeros(2), rays, self.level)
 
     @property
     def energy_speed(self) -> float:
@@ -183,8 +187,8 @@ def certified_margin(trim: RacingTrim, *, degree: int = 4, steps: int = 12) -> M
     degrees = range(2, degree + 1, 2)
     region = ascend([car], degrees, Goal(shape=shape), to_state, stiff=stiff, steps=steps)[degree]
     promise = guarantee(trim, region.V, scale=scale)
-    certificate = _certified(car, region.V * (1 / promise.level), shape)
-    return Margin(trim, simulated, region, promise, certificate)
+    level, certificate = _certified(region, promise.level, shape)
+    return Margin(trim, simulated, region, promise, level, certificate)
 
 
 def _unstable(trim: RacingTrim) -> str:
@@ -194,16 +198,20 @@ def _unstable(trim: RacingTrim) -> str:
     )
 
 
-def _certified(car: ExactCar, V: Polynomial, shape: Polynomial) -> Certificate:
-    """Return the certificate of {V <= 1} with the largest ellipse inside that can be certified."""
-    rays = Rays(720)
-    size = float(shape(*rays.points(rays.boundary(V)).T).min())
-    proof = multiplier(car.field, V)
-    for shrink in _SHRINKS:
+def _certified(region: Region, level: float, shape: Polynomial) -> tuple[float, Certificate]:
+    """Return a level of the region's V, at most `level`, and its certificate with an ellipse inside."""
+    if level >= 1.0:
+        return 1.0, region.certificate
+    car, refused = region.cars[0], ""
+    for back_off in _BACK_OFFS:
+        lower = level * (1 - back_off)
+        V = region.V * (1 / lower)
+        size = (1 - _SHRINK) * float(shape(*_TURN.points(_TURN.boundary(V)).T).min())
         try:
-            return certify([car], V, [proof], containment(V, shape, size * (1 - shrink), False))
+            proof = multiplier(car.field, V)
+            return lower, certify([car], V, [proof], containment(V, shape, size, False))
         except (ProgramError, CertificateError) as error:
-            refused = error
+            refused = str(error)
     raise CertificateError(f"The level that holds for the tyres cannot be certified: {refused}")
 
 
@@ -304,7 +312,7 @@ def margin_case(lap: str, corner: int, degree: int = 4, steps: int = 12) -> dict
         "energy": margin.energy_speed,
         "simulated_energy": margin.simulated,
         "lost": int(np.count_nonzero(~_returns(whole, trim.trim() + boundary[::10]))),
-        "level": margin.guarantee.level,
+        "level": margin.level,
         "boundary": boundary,
         "certificate": json.dumps(margin.certificate.document),
         "seconds": margin.region.seconds + margin.guarantee.seconds,
