@@ -125,6 +125,11 @@ def test_an_unstable_trim_has_no_margin_and_says_so():
         certified_margin(TRIMS["row C", 1])
 
 
+def test_an_odd_degree_is_refused(trim):
+    with pytest.raises(ValueError, match="deg V = 3 is not an even number"):
+        certified_margin(trim, degree=3)
+
+
 def test_the_certificate_survives_its_file(document, tmp_path):
     path = tmp_path / "corner.json"
     path.write_text(json.dumps(document))

@@ -167,17 +167,20 @@ def certified_margin(trim: RacingTrim, *, degree: int = 4, steps: int = 12) -> M
     ----------
     trim : RacingTrim
     degree : int
-        Of V.
+        Of V, at most: a lower one counts where the higher cannot be certified at the tyres' level.
     steps : int
         Joint steps at most for each degree.
 
     Raises
     ------
     ValueError
-        If the trim is unstable, so that there is no margin, or a fit degenerates.
+        If the degree is not even and positive, the trim is unstable, so that there is no margin, or a fit
+        degenerates.
     ProgramError, GuaranteeError, CertificateError
         If nothing can be certified.
     """
+    if degree < 2 or degree % 2:
+        raise ValueError(f"deg V = {degree} is not an even number from 2 on.")
     if trim.growth >= 0:
         raise ValueError(_unstable(trim))
     simulated = simulated_energy(trim)
@@ -185,10 +188,14 @@ def certified_margin(trim: RacingTrim, *, degree: int = 4, steps: int = 12) -> M
     car, to_state, shape = exact_trim(trim, scale), scaling(trim.matrix, scale), energy(trim, scale)
     stiff: Array = np.asarray(np.linalg.solve(to_state, trim.jacobian(trim.trim()) @ to_state), float)
     degrees = range(2, degree + 1, 2)
-    region = ascend([car], degrees, Goal(shape=shape), to_state, stiff=stiff, steps=steps)[degree]
-    promise = guarantee(trim, region.V, scale=scale)
-    level, certificate = _certified(region, promise.level, shape)
-    return Margin(trim, simulated, region, promise, level, certificate)
+    found = ascend([car], degrees, Goal(shape=shape), to_state, stiff=stiff, steps=steps)
+    for region in reversed(found.values()):
+        try:
+            promise = guarantee(trim, region.V, scale=scale)
+            return Margin(trim, simulated, region, promise, *_certified(region, promise.level, shape))
+        except (GuaranteeError, CertificateError) as error:
+            refused = error
+    raise refused
 
 
 def _unstable(trim: RacingTrim) -> str:
@@ -288,8 +295,9 @@ def margin_case(lap: str, corner: int, degree: int = 4, steps: int = 12) -> dict
         v_out`` m/s and ``omega_in omega_out`` rad/s, certified, towards the inside and the outside of the
         turn; the same with ``simulated_`` before, inf where no disturbance up to 8 m/s or rad/s is lost;
         ``lost``, how many of 72 starts on the boundary do not return by the model of chapter 4, in which each
-        wheel's speed follows the yaw rate; ``boundary`` (m/s, rad/s) about the trim, and ``certificate``. An
-        unstable trim and one at which nothing can be certified have ``growth`` and a ``reason`` only.
+        wheel's speed follows the yaw rate; ``boundary`` (m/s, rad/s) about the trim; ``level`` and ``degree``
+        of V, and ``certificate``. An unstable trim and one at which nothing can be certified have ``growth``
+        and a ``reason`` only.
     """
     trim = next(one for one in read_trims() if (one.lap, one.corner) == (lap, corner))
     result: dict[str, Any] = {"growth": trim.growth, "reason": ""}
@@ -313,6 +321,7 @@ def margin_case(lap: str, corner: int, degree: int = 4, steps: int = 12) -> dict
         "simulated_energy": margin.simulated,
         "lost": int(np.count_nonzero(~_returns(whole, trim.trim() + boundary[::10]))),
         "level": margin.level,
+        "degree": margin.region.V.degree,
         "boundary": boundary,
         "certificate": json.dumps(margin.certificate.document),
         "seconds": margin.region.seconds + margin.guarantee.seconds,
