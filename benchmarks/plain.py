@@ -101,6 +101,11 @@ class Plain:
         low, high = (bound / quantity.size for bound in quantity.bounds)
         self.opti.subject_to(self.opti.bounded(low, ca.vec(variables), high))
 
+    def programme(self) -> ca.Function:
+        """Return objective and constraints as a function of states, controls and free parameters."""
+        arguments = [self.states, self.controls, *([self.parameters] if self.free else [])]
+        return ca.Function("programme", arguments, [self.opti.f, self.opti.g])
+
     def solve(
         self,
         start: Iterate,

@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import os
 import resource
+import sys
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -50,8 +51,11 @@ def main() -> None:
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         os.environ["THESIS_STORE"] = str(Path(folder) / "store")  # nothing solved before is taken up
-        text = "\n\n".join((*measured(options, Path(folder)), reporting.surroundings()))
-    reporting.publish("table-4-2", text, options.keep)
+        parts = []
+        for part in measured(options, Path(folder)):
+            print(f"{part}\n", file=sys.stderr)  # it takes long: what is known is told
+            parts.append(part)
+    reporting.publish("table-4-2", "\n\n".join((*parts, reporting.surroundings())), options.keep)
 
 
 def measured(options: argparse.Namespace, folder: Path) -> Iterator[str]:
