@@ -212,10 +212,10 @@ def per_iteration(plain: Work, library: Work) -> str:
 def all_rows(base: Start, folder: Path, plain: Work, way: str, jobs: int | None) -> str:
     """Solve all rows of the table with the library, one pass, as chapter 4 does it."""
     table = {name: row for name, row in rows(base.setup).items() if name in (*LETTERS, RECONCILED)}
-    watch, before = Stopwatch(), resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime
+    watch, before = Stopwatch(), workers_cpu()
     solved = solve_rows(table, base, folder / "rows", jobs=jobs)
-    ours, wall = watch.read()
-    workers = resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
+    cpu, wall = watch.read()
+    cpu += workers_cpu() - before
     lines, iterated, inside = [], 0, 0.0
     for name, row in solved.items():
         entries = row.solved.entries
@@ -229,10 +229,16 @@ def all_rows(base: Start, folder: Path, plain: Work, way: str, jobs: int | None)
     return (
         f"All rows with the library, one pass, each to a state error of {TOLERANCE:g}\n\n"
         f"{reporting.table(columns, lines)}\n\n"
-        f"in all: CPU {ours + workers:.1f} s, of which {inside:.1f} s in the solves, wall {wall:.1f} s\n"
+        f"in all: CPU {cpu:.1f} s, of which {inside:.1f} s in the solves, wall {wall:.1f} s\n"
         f"at the {1e6 * rate:.0f} CPU µs per iteration and point of {way} on row C the same iterations would "
         f"take {rate * iterated:.0f} CPU s ({rate * iterated / inside:.1f} times as long)"
     )
+
+
+def workers_cpu() -> float:
+    """Return the CPU seconds of all worker processes that have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def steps_of(solution: ocp.Solution) -> list[Step]:
