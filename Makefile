@@ -55,7 +55,7 @@ bench-peers: environment  ## Measure other packages on the published problems, i
 bench-growth: environment  ## Measure how an iteration of the lap grows with the number of points
 	@$(BIN)/python benchmarks/growth.py $(KEEP)
 
-bench-table-4-2: environment  ## Measure Table 4.2 against the same programme in casadi.Opti, and warm starts (an hour)
+bench-table-4-2: environment  ## Measure Table 4.2 against the same programme in casadi.Opti, and warm starts (40 minutes)
 	@$(BIN)/python benchmarks/table_4_2.py $(KEEP)
 	@$(BIN)/python benchmarks/warm_starts.py $(KEEP)
 
