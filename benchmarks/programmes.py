@@ -102,6 +102,7 @@ def with_library(
     *,
     seconds: float = 1e6,
     watch: Stopwatch | None = None,
+    linear_solver: str = SETTINGS.linear_solver,
 ) -> Solved:
     """Solve on the start's mesh as `ocp.solve` does it, without another attempt where IPOPT gets stuck.
 
@@ -119,6 +120,8 @@ def with_library(
         CPU seconds after which IPOPT gives up.
     watch : Stopwatch, optional
         Where the preparation begins; by default here, after that of the point functions.
+    linear_solver : {"auto", "mumps", "ldl"}
+        As in `ocp.Settings`.
 
     Returns
     -------
@@ -140,7 +143,7 @@ def with_library(
     }
     if lam_x is not None:
         arguments |= {"lam_x0": lam_x, "lam_g0": lam_g}
-    result, stats = minimise(programme, asked, arguments)
+    result, stats = minimise(programme, asked, arguments, linear_solver)
     cpu_wall = watch.read()
     found = collocated.unpack(*(np.array(result[name]).ravel() for name in ("x", "lam_x", "lam_g")))
     return solved(stats, found.phases[0], float(result["f"]), cpu_wall)

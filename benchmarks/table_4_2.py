@@ -1,12 +1,13 @@
 """Table 4.2 with this library, and with the same programme written down in `casadi.Opti`, side by side.
 
-Three ways take turns in one process: the library, with its own assembly and compiled derivatives;
-`casadi.Opti` (`plain.py`), whose derivatives CasADi makes of the expressions as they are written; and the
-same after `expand`, which makes one graph of scalars of the whole programme first. Equations, meshes, bounds,
-scales, regulariser, starting values and IPOPT's options and tolerances are the same, and so is the optimum.
-Only the warm starts differ: whoever writes a programme down carries values to a finer mesh or into another
-problem; the library carries all multipliers, too. Code that lies compiled in the cache counts as prepared.
-The faster of the two plain ways solves whole laps, mesh after mesh (`plain_lap.py`).
+The ways take turns in one process: the library, with its own assembly, compiled derivatives and QDLDL for
+IPOPT's linear systems where they are large; the library with MUMPS, which all others use; `casadi.Opti`
+(`plain.py`), whose derivatives CasADi makes of the expressions as they are written; and the same after
+`expand`, which makes one graph of scalars of the whole programme first. Equations, meshes, bounds, scales,
+regulariser, starting values and IPOPT's other options are the same, and so is the optimum. Only the warm
+starts differ: whoever writes a programme down carries values to a finer mesh or into another problem; the
+library carries all multipliers, too. Code that lies compiled in the cache counts as prepared. The faster of
+the two plain ways solves whole laps, mesh after mesh (`plain_lap.py`).
 """
 
 from __future__ import annotations
@@ -27,14 +28,16 @@ from programmes import EVALUATIONS, Solved, Stopwatch, with_library
 
 from thesislib import ocp
 from thesislib.lap.continuation import REFINING, TOLERANCE, continued_row, solve_rows
-from thesislib.lap.minimum_time import Lap
+from thesislib.lap.minimum_time import SETTINGS, Lap
 from thesislib.lap.rows import LETTERS, RECONCILED, rows
 from thesislib.lap.setups import Setup, Start
+from thesislib.ocp.iterate import Iterate
 from thesislib.ocp.pointwise import Pointwise
 from thesislib.ocp.related import taken_over
 from thesislib.ocp.system import System
 
 LIBRARY = "library"
+OURS = {LIBRARY: SETTINGS.linear_solver, "library, MUMPS": "mumps"}
 PLAIN = {"Opti": False, "Opti, expand": True}  # whether the programme is expanded
 
 
@@ -80,26 +83,33 @@ def first_mesh(base: Start, limit: float) -> str:
     problem = starting_problem(setup)
     start = quasi_steady_iterate(problem, setup, base.interval_m)
     with_library(System.of(problem), start, 1e-2, {"max_iter": 1})  # compiles what lies in no cache
-    watch = Stopwatch()
-    ways = {LIBRARY: with_library(System.of(problem), start, DRAFT, seconds=limit, watch=watch)}
-    for name, expand in PLAIN.items():
-        ways[name] = with_opti(problem, start, common(DRAFT, limit), expand=expand)
+    ways = by_all_ways(problem, start, limit)
     return f"First mesh of row C, {start.mesh.points} points, from the quasi-steady lap\n\n{compared(ways)}"
 
 
 def finer_mesh(lap: Lap, limit: float) -> tuple[str, str]:
-    """Compare the ways on row C's last mesh, from one point less an interval; say which plain way is faster."""
+    """Compare the ways on row C's last mesh, and say which of the plain ones is faster."""
     solution = lap.solution
     system = System.solved(solution)
     mesh = ocp.Mesh(solution.mesh.boundaries, np.maximum(solution.mesh.orders - 1, 3))
     coarse = with_library(system, solution.iterate.on(mesh), DRAFT)
     start = coarse.iterate.on(solution.mesh)
-    watch = Stopwatch()
-    ways = {LIBRARY: with_library(System.of(solution.problem), start, DRAFT, seconds=limit, watch=watch)}
-    for name, expand in PLAIN.items():
-        ways[name] = with_opti(solution.problem, start, common(DRAFT, limit), expand=expand)
+    ways = by_all_ways(solution.problem, start, limit)
     title = f"Last mesh of row C, {solution.mesh.points} points, from its intervals with {mesh.points} points"
     return f"{title}\n\n{compared(ways)}", min(PLAIN, key=lambda name: ways[name].cpu)
+
+
+def by_all_ways(problem: ocp.Problem, start: Iterate, limit: float) -> dict[str, Solved]:
+    """Solve a draft of a mesh on every way."""
+    ways = {}
+    for name, linear_solver in OURS.items():
+        watch = Stopwatch()
+        ways[name] = with_library(
+            System.of(problem), start, DRAFT, seconds=limit, watch=watch, linear_solver=linear_solver
+        )
+    for name, expand in PLAIN.items():
+        ways[name] = with_opti(problem, start, common(DRAFT, limit), expand=expand)
+    return ways
 
 
 def compared(ways: Mapping[str, Solved]) -> str:
