@@ -10,7 +10,7 @@ export OPENBLAS_NUM_THREADS := 1
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help book test test-fast environment chapters check site lint bench bench-peers bench-growth study-table-4-2 lock clean
+.PHONY: help book test test-fast environment chapters check site lint bench bench-peers bench-growth bench-table-4-2 study-table-4-2 lock clean
 
 help:  ## List these targets
 	@sed -n 's/^\([a-z-]*\):.*  ## \(.*\)/make \1|\2/p' $(firstword $(MAKEFILE_LIST)) | \
@@ -54,6 +54,10 @@ bench-peers: environment  ## Measure other packages on the published problems, i
 
 bench-growth: environment  ## Measure how an iteration of the lap grows with the number of points
 	@$(BIN)/python benchmarks/growth.py $(KEEP)
+
+bench-table-4-2: environment  ## Measure Table 4.2 against the same programme in casadi.Opti, and warm starts (40 minutes)
+	@$(BIN)/python benchmarks/table_4_2.py $(KEEP)
+	@$(BIN)/python benchmarks/warm_starts.py $(KEEP)
 
 study-table-4-2: environment  ## Solve Table 4.2 from two more starts a row and keep the result in data/studies (half an hour)
 	@$(BIN)/python scripts/table_4_2_starts.py
