@@ -1,8 +1,8 @@
 """What IPOPT needs to make use of a solution: iterations by barrier parameter, pushes and multipliers.
 
 Row C of Table 4.2, on the mesh that a state error of 1e-3 asks for, starts five solves: the next finer mesh;
-rows M and D, where the optimiser may choose the balance and the ride heights; a car of one per cent more mass;
-and itself, unchanged. Each is solved with several initial barrier parameters, from the values alone
+rows M and D, where the optimiser may choose the balance and the ride heights; a car of one per cent more
+mass; and itself, unchanged. Each is solved with several initial barrier parameters, from the values alone
 and with all multipliers, and with pushes off the bounds that are as large as the barrier parameter or fixed.
 A second table changes how far the solve went from which the finer mesh starts; a third tries what else IPOPT
 offers. (`warm_start_target_mu` is not in it: this IPOPT ends the process with it.)

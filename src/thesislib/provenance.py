@@ -52,6 +52,9 @@ ABSENT = "absent"
 RESULTS = ("data/expected/", "data/thesis/")
 """Data folders that no computation may depend on: a run is compared with them."""
 
+STUDIES = ("data/studies/", "data/benchmarks/")
+"""Data folders with results of this project's own: a page shows them, no solution depends on them."""
+
 DRAWING_MODULES = (
     "__main__",
     "companion",
@@ -252,9 +255,10 @@ def source_files(package: Path = PACKAGE) -> dict[str, Path]:
 
 
 def data_files(root: Path) -> dict[str, Path]:
-    """Return every data file a computation may read, by its path relative to the root."""
+    """Return every data file a solution may depend on, by its path relative to the root."""
     found = {path.relative_to(root).as_posix(): path for path in sorted((root / "data").rglob("*"))}
-    return {name: path for name, path in found.items() if path.is_file() and not name.startswith(RESULTS)}
+    left_out = (*RESULTS, *STUDIES)
+    return {name: path for name, path in found.items() if path.is_file() and not name.startswith(left_out)}
 
 
 def hashes(files: Mapping[str, Path]) -> dict[str, str]:

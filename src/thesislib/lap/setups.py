@@ -151,13 +151,16 @@ class Start:
     interval_m : float
         Length in m of its first mesh's intervals.
     path : str
-        Where the solution is kept; ends in ``.npz``.
+        Where the solution is kept; ends in ``.npz``. No result depends on it, and so no key of one.
+    optimality : float, optional
+        IPOPT's tolerance to which `tighten` has solved it again.
     """
 
     setup: Setup
     tolerance: float
     interval_m: float
-    path: str
+    path: str = field(compare=False)
+    optimality: float | None = None
 
     def solve(self, name: str) -> bool:
         """Solve the lap, or in a run from stored solutions find it, and keep it at `path`.
@@ -232,7 +235,7 @@ class Start:
             )
 
         inputs = {"start": self, "optimality": optimality}
-        return replace(self, path=path), _kept(name, inputs, path, solved)
+        return replace(self, path=path, optimality=optimality), _kept(name, inputs, path, solved)
 
     def lap(self, name: str = "base lap") -> Lap:
         """Read the lap that `solve` has kept.

@@ -59,7 +59,7 @@ def canonical(value: Any) -> Any:
     """Return a value as JSON can say it, so that equal inputs and only those look equal.
 
     Numbers, texts, booleans, None, lists, mappings, arrays, paths and dataclasses of these are
-    understood; an array counts by type, shape and bytes.
+    understood; an array counts by type, shape and bytes, a dataclass by the fields that it is compared by.
 
     Raises
     ------
@@ -84,7 +84,11 @@ def canonical(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [canonical(member) for member in value]
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        members = {each.name: canonical(getattr(value, each.name)) for each in dataclasses.fields(value)}
+        members = {
+            each.name: canonical(getattr(value, each.name))
+            for each in dataclasses.fields(value)
+            if each.compare
+        }
         return {type(value).__qualname__: members}
     raise TypeError(
         f"A {type(value).__name__} cannot be part of a solution's key; numbers, texts, booleans, lists, "
