@@ -246,7 +246,8 @@ def margins(figure: Figure, cases: Mapping[str, Mapping[str, Any]]) -> Figure:
             ellipse = case[key] * np.cos(turn), np.degrees(case[key] / case["gyration"] * np.sin(turn))
             axes.plot(*ellipse, dashes, color=colour, label=label, zorder=3)
         axes.plot(0, 0, "*", color=_COLOURS[3], ms=9, zorder=6, label="trim")
-        axes.set(title=name, xlabel="change of lateral speed (m/s)")
+        axes.set(title=name)
+    figure.supxlabel("change of lateral speed (m/s)", fontsize="medium")
     all_axes[0].set_ylabel("change of yaw rate (°/s)")
     figure.legend(*all_axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=4)
     return figure
