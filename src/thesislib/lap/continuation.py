@@ -31,13 +31,13 @@ NEAR = replace(SETTINGS, tolerance=0.9, optimality=1e-6, draft=None)
 FAR = replace(NEAR, ipopt={"mu_init": 1e-2})
 # What both have of the equations keeps its multipliers; those of the rest have to be found.
 OTHER_EQUATIONS = replace(NEAR, ipopt={"mu_init": 1e-4})
-REFINING = replace(NEAR, meshes=4)
+REFINING = replace(NEAR, meshes=6)
 POLISHED = replace(NEAR, optimality=SETTINGS.optimality)
 
-MOST_RESISTING = 6
+MOST_RESISTING = 12
 """Mesh intervals of a row that may stay above its tolerance after `REFINING` …"""
 
-LARGEST_EFFECT_S = 1e-3
+LARGEST_EFFECT_S = 5e-3
 """… if what their errors can be worth in lap time, s, is bounded by this in all."""
 
 
