@@ -215,7 +215,7 @@ def continued_row(
     history: list[ocp.MeshRecord] = []
     known = {*parent.adjustments, *parent.solution.problem.names["controls"]}
     for held in (*steps, None):
-        way = setup if held is None else replace(setup, free=_up_to(held))
+        way = setup if held is None else replace(setup, free={**setup.free, **_up_to(held)})
         problem = way.problem(name if held is None else f"{name}, on the way", units=units)
         added = [q.name for q in (*problem.parameters, *problem.controls) if q.name not in known]
         values = dict.fromkeys(added, 0.0) | dict(held or {})

@@ -75,7 +75,7 @@ RECONCILED = "C reconciled"
 
 # letter: what, adjustments, suspension, parent
 BALANCE_STEPS = (0.05, 0.10, 0.15)
-"""Balances through which row (M) is reached: a quarter of the iterations of one step."""
+"""Balances through which rows (M) and (P) are reached: fewer iterations than in one step."""
 
 _TABLE: dict[str, tuple[str, tuple[str, ...], Suspension, str]] = {
     "A": ("rigid, no sensitivities", (), "table_3_1", "B"),
@@ -101,7 +101,7 @@ _TABLE: dict[str, tuple[str, tuple[str, ...], Suspension, str]] = {
         "all of these",
         (*ANGULAR, *HEIGHTS, *STIFFNESSES, BALANCE),
         "reconciled",
-        "N",
+        "L",
     ),
     "Q": ("balance along the lap", (), "table_3_1", "C"),
 }
@@ -142,16 +142,18 @@ def rows(base: Setup) -> dict[str, Row]:
     rigid = replace(base.readings, suspension="rigid")
     for letter, readings in (("A", replace(rigid, aero_angles=False)), ("B", rigid)):
         by_name[letter] = replace(by_name[letter], setup=replace(base, readings=readings))
-    by_name["M"] = replace(by_name["M"], steps=tuple({BALANCE: value} for value in BALANCE_STEPS))
+    for letter in "MP":
+        steps = tuple({BALANCE: value} for value in BALANCE_STEPS)
+        by_name[letter] = replace(by_name[letter], steps=steps)
     by_name["Q"] = replace(by_name["Q"], setup=replace(base, continuous_balance=1.0))
     for letter in RAW:
         row = by_name[RECONCILED if letter == "C" else letter]
         setup = replace(row.setup, metamodel="table_3_2")
         by_name[raw(letter)] = Row(raw(letter), row.what, setup, row.name, raw("C"))
-    for letter in ("G", "J"):
+    for letter, parent in (("G", "G"), ("J", printed_range("G"))):
         row = by_name[letter]
         wide = replace(row.setup, ranges=PRINTED_RANGE)
-        by_name[printed_range(letter)] = Row(printed_range(letter), row.what, wide, letter)
+        by_name[printed_range(letter)] = Row(printed_range(letter), row.what, wide, parent)
     return _in_order(by_name)
 
 
