@@ -20,7 +20,7 @@ from thesislib.vehicles.racing_car import CONTROLS
 
 ROOT = Path(__file__).resolve().parents[1]
 FILE = ROOT / "data" / "stability" / "mid_corner_trims.csv"
-TABLE = "mid-corner trims"
+TABLE = "mid-corner-trims"
 
 
 def write(columns: Mapping[str, Mapping[str, Any]], file: Path = FILE) -> int:
