@@ -13,7 +13,7 @@ export OPENBLAS_NUM_THREADS := 1
 .PHONY: help book test test-fast environment chapters check site lint bench bench-peers bench-growth bench-table-4-2 study-table-4-2 lock clean
 
 help:  ## List these targets
-	@sed -n 's/^\([a-z-]*\):.*  ## \(.*\)/make \1|\2/p' $(firstword $(MAKEFILE_LIST)) | \
+	@sed -n 's/^\([a-z0-9-]*\):.*  ## \(.*\)/make \1|\2/p' $(firstword $(MAKEFILE_LIST)) | \
 	while IFS='|' read -r target purpose; do printf '%-18s %s\n' "$$target" "$$purpose"; done
 
 book: environment chapters check site  ## Install, execute what is not current, check, build _build/html/index.html
