@@ -219,11 +219,8 @@ def continued_row(
         problem = way.problem(name if held is None else f"{name}, on the way", units=units)
         added = [q.name for q in (*problem.parameters, *problem.controls) if q.name not in known]
         values = dict.fromkeys(added, 0.0) | dict(held or {})
-        far = held is None and is_far(start.setup, setup)
-        settings = FAR if far else NEAR
-        if held is None and start.setup.readings != setup.readings:
-            settings = OTHER_EQUATIONS
-        related = ocp.Related(solution, values, multipliers=not far)
+        settings, multipliers = (NEAR, True) if held is not None else _last_step(start.setup, setup)
+        related = ocp.Related(solution, values, multipliers)
         solution = ocp.solve(problem, related, mesh, settings)
         history += solution.history
         mesh, known = None, known | set(added)
@@ -247,6 +244,14 @@ def is_far(parent: Setup, setup: Setup) -> bool:
     posture = {*HEIGHTS, *STIFFNESSES} & (set(setup.free) ^ set(parent.free))
     kept = ("ranges", "edges")
     return bool(posture) or any(getattr(parent, name) != getattr(setup, name) for name in kept)
+
+
+def _last_step(parent: Setup, setup: Setup) -> tuple[ocp.Settings, bool]:
+    """Return how the step to the row itself is solved, and whether it starts with the multipliers."""
+    far = is_far(parent, setup)
+    if parent.readings != setup.readings:
+        return OTHER_EQUATIONS, not far
+    return (FAR if far else NEAR), not far
 
 
 def _up_to(held: Mapping[str, float]) -> dict[str, tuple[float, float]]:

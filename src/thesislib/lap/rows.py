@@ -136,7 +136,7 @@ def rows(base: Setup) -> dict[str, Row]:
     ]
     for letter, (what, names, suspension, parent) in _TABLE.items():
         reference = "C" if suspension == "table_3_1" else RECONCILED
-        setup = adjustable(replace(base, metamodel=suspension), bounds_of(names))
+        setup = replace(base, metamodel=suspension, free=bounds_of(names))
         found.append(Row(letter, what, setup, parent, reference))
     by_name = {row.name: row for row in found}
     rigid = replace(base.readings, suspension="rigid")
@@ -204,11 +204,6 @@ def own_row(
     parameters(own.free, own.car().values)  # refuses what this suspension does not have
     reference = {"table_3_1": "C", "table_3_2": raw("C"), "reconciled": RECONCILED}[own.metamodel]
     return Row(f"{row.letter} with own bounds", row.what, own, row.name, reference)
-
-
-def adjustable(setup: Setup, free: Mapping[str, tuple[float, float]]) -> Setup:
-    """Return a set-up in which the optimiser chooses adjustments within bounds, SI."""
-    return replace(setup, free=dict(free))
 
 
 def waves(rows: Mapping[str, Row], done: Iterable[str] = (BASE,)) -> list[list[Row]]:
