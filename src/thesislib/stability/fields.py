@@ -101,14 +101,8 @@ class ExactCar:
         """
         if car.slip != "linear":
             raise ValueError("A rational field needs the linear slip angles (7.10) and (7.11).")
-        mass, I_z, a, b, u_0, delta = map(decimal, (car.mass, car.I_z, car.a, car.b, car.u_0, car.delta))
         exact = cls(
-            mass=mass,
-            I_z=I_z,
-            a=a,
-            b=b,
-            u_0=u_0,
-            delta=delta,
+            **exact_body(car),
             front=exact_tyre(car.front),
             rear=exact_tyre(car.rear),
             front_factor=decimal(factors[0]),
@@ -238,6 +232,11 @@ def to_floats(p: Polynomial) -> Polynomial:
         lambda c: int(c.p) / int(c.q) if isinstance(c, fmpq) else float(c), otypes=[float]
     )
     return Polynomial(as_float(p.coefficients))
+
+
+def exact_body(car: Any) -> dict[str, Any]:
+    """Return the numbers of an `ExactCar` that are not its tyres', from a car that has them as floats."""
+    return {name: decimal(getattr(car, name)) for name in ("mass", "I_z", "a", "b", "u_0", "delta")}
 
 
 def exact_tyre(tyre: Tyre) -> tuple[tuple[Fraction, ...], tuple[Fraction, ...]]:

@@ -26,7 +26,7 @@ from thesislib.stability.ascent import Goal, Region, ascend, scaling
 from thesislib.stability.bivariate import Polynomial
 from thesislib.stability.certificates import Certificate, certify
 from thesislib.stability.checking import CertificateError
-from thesislib.stability.fields import ExactCar, decimal, exact, exact_tyre
+from thesislib.stability.fields import ExactCar, decimal, exact, exact_body, exact_tyre
 from thesislib.stability.guarantee import Guarantee, GuaranteeError, guarantee
 from thesislib.stability.phase_plane import LateralMotion, returns
 from thesislib.stability.program import ProgramError
@@ -78,14 +78,8 @@ def exact_trim(trim: RacingTrim, scale: Fraction) -> ExactCar:
         cornering_fit(alpha, *axle.force_and_moment(alpha + axle.steer), place)
         for axle, place in zip(trim.axles, places, strict=True)
     )
-    mass, I_z, a, b, u_0, delta = map(decimal, (trim.mass, trim.I_z, trim.a, trim.b, trim.u_0, trim.delta))
     car = ExactCar(
-        mass=mass,
-        I_z=I_z,
-        a=a,
-        b=b,
-        u_0=u_0,
-        delta=delta,
+        **exact_body(trim),
         front=exact_tyre(front.force),
         rear=exact_tyre(rear.force),
         front_moment=exact_tyre(front.moment)[0],
