@@ -24,7 +24,7 @@ from programmes import Solved, warm, with_library
 from thesislib import ocp
 from thesislib.lap.adjustments import BALANCE, bounds_of
 from thesislib.lap.minimum_time import Lap
-from thesislib.lap.rows import HEIGHTS, adjustable
+from thesislib.lap.rows import HEIGHTS
 from thesislib.lap.setups import Setup, Start
 from thesislib.ocp.iterate import Iterate
 from thesislib.ocp.related import taken_over
@@ -123,8 +123,8 @@ def cases_from(lap: Lap, setup: Setup, draft: Iterate, finer: ocp.Mesh) -> list[
 
     return [
         Case("finer mesh", same, draft.on(finer)),
-        changed("row M, balance", adjustable(setup, bounds_of((BALANCE,)))),
-        changed("row D, ride heights", adjustable(setup, bounds_of(HEIGHTS))),
+        changed("row M, balance", replace(setup, free=bounds_of((BALANCE,)))),
+        changed("row D, ride heights", replace(setup, free=bounds_of(HEIGHTS))),
         changed("mass + 1 %", replace(setup, values={"mass": 1.01 * lap.car.values["mass"]})),
         Case("unchanged", same, draft),
     ]

@@ -10,7 +10,7 @@ import pytest
 
 from thesislib import ocp
 from thesislib.lap.adjustments import BALANCE, bounds_of
-from thesislib.lap.rows import HEIGHTS, adjustable
+from thesislib.lap.rows import HEIGHTS
 from thesislib.lap.setups import Setup
 from thesislib.lap.start import quasi_steady_start
 from thesislib.ocp.endpoints import Endpoints
@@ -36,7 +36,7 @@ def plain():
 
 @pytest.fixture(scope="module", params=[(), (BALANCE, *HEIGHTS)], ids=["row C", "row N"])
 def problem(request, oval):
-    return adjustable(Setup(track=str(oval)), bounds_of(request.param)).problem("oval")
+    return Setup(track=str(oval), free=bounds_of(request.param)).problem("oval")
 
 
 @pytest.fixture(scope="module")
