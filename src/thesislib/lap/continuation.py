@@ -224,9 +224,36 @@ def continued_row(
         solution = ocp.solve(problem, related, mesh, settings)
         history += solution.history
         mesh, known = None, known | set(added)
+    last = finished(solution, tolerance, name)
+    history += last.history
+    return Lap(name, setup.road(), setup.car(), replace(last, history=tuple(history)), setup.ranges)
+
+
+def finished(solution: ocp.Solution, tolerance: float, name: str) -> ocp.Solution:
+    """Refine the mesh of a row's solution and solve the last mesh to the end.
+
+    Parameters
+    ----------
+    solution : ocp.Solution
+        Of the row's problem, on a mesh of any error.
+    tolerance : float
+        Largest relative state error.
+    name : str
+        Stands in messages.
+
+    Returns
+    -------
+    ocp.Solution
+        With the meshes of this refinement as its history.
+
+    Raises
+    ------
+    ocp.SolveError
+        As `solved_row`.
+    """
+    problem = solution.problem
     refined = ocp.solve(problem, solution, None, REFINING, tolerance=tolerance, accept_best=True)
     polished = ocp.solve(problem, refined, None, POLISHED)
-    history += [*refined.history, *polished.history]
     kept = resisting(polished, tolerance)
     if len(kept) > MOST_RESISTING or sum(each.bound for each in kept) > LARGEST_EFFECT_S:
         worst = max(kept, key=lambda each: each.error)
@@ -235,8 +262,8 @@ def continued_row(
             f"{len(refined.history)} meshes, the worst at s = {worst} s of lap time",
             polished,
         )
-    solution = replace(polished, tolerance=tolerance, history=tuple(history))
-    return Lap(name, setup.road(), setup.car(), solution, setup.ranges)
+    history = (*refined.history, *polished.history)
+    return replace(polished, tolerance=tolerance, history=history)
 
 
 def is_far(parent: Setup, setup: Setup) -> bool:
