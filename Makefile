@@ -36,11 +36,12 @@ check: environment  ## Compare the last runs with the stored values in data/expe
 site: environment  ## Build the pages from the last runs
 	@$(BIN)/thesis site
 
-lint: environment  ## Style, types, and which room imports which
+lint: environment  ## Style, types, which room imports which, and whether every test can be collected
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 	@$(BIN)/mypy
 	@$(BIN)/lint-imports
+	@found=$$($(BIN)/python -m pytest --collect-only -qq) || { echo "$$found"; exit 1; }
 
 bench: environment  ## Measure published problems, a lap, ride heights, sums of squares; `make bench KEEP=--keep` files the results
 	@$(BIN)/python benchmarks/published.py $(KEEP)
