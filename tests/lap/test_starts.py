@@ -62,3 +62,11 @@ def test_a_start_without_a_lap_is_told_and_not_the_best(tmp_path):
 def test_a_study_that_was_not_run_says_how_to(tmp_path):
     with pytest.raises(FileNotFoundError, match="make study-table-4-2"):
         starts.StoredStudy.read(tmp_path)
+
+
+def test_the_kept_study_has_three_laps_of_every_row():
+    kept = starts.StoredStudy.read()
+    assert list(kept.rows) == list(LETTERS)
+    for letter in LETTERS:
+        assert set(kept.lap_times(letter)) == {starts.CHAIN, starts.OTHER, starts.COLD}
+        assert math.isfinite(kept.best(letter))
