@@ -3,8 +3,8 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-# One thread for each BLAS: the chapters share the cores among themselves (THESIS_JOBS), and sums
-# taken in one order are the same on every machine.
+# One thread for each BLAS: the chapters share the cores among themselves (THESIS_JOBS). Their processes
+# take one kernel as well, so that sums are taken in one order on every machine (thesislib.arithmetic).
 export OMP_NUM_THREADS := 1
 export OPENBLAS_NUM_THREADS := 1
 

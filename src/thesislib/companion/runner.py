@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
 
-from thesislib import studies
+from thesislib import arithmetic, studies
 from thesislib.companion import bookkeeping, currency, documents, execution, keeping
 from thesislib.companion.orders import LOG, RECORD, Order
 
@@ -218,9 +218,7 @@ class _Run:
             "MPLCONFIGDIR": str(self.chapter.root / "_build" / "cache" / "matplotlib"),
             "PYDEVD_DISABLE_FILE_VALIDATION": "1",
             # the slots share out the cores; threads in the linear algebra would take them twice
-            "OMP_NUM_THREADS": "1",
-            "OPENBLAS_NUM_THREADS": "1",
-            "MKL_NUM_THREADS": "1",
+            **arithmetic.environment(),
         }
         theirs = {"JUPYTER_PATH", "JUPYTER_CONFIG_PATH", "MATPLOTLIBRC", "PYTHONSTARTUP"}
         return {name: value for name, value in os.environ.items() if name not in theirs} | ours

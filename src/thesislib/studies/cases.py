@@ -25,7 +25,7 @@ from multiprocessing.process import BaseProcess
 from pathlib import Path
 from typing import Any
 
-from thesislib import provenance
+from thesislib import arithmetic, provenance
 from thesislib.studies import cluster, work
 from thesislib.studies.remote import Order
 from thesislib.studies.slots import Slot, Slots, slots
@@ -224,7 +224,7 @@ class _Study:
                 return False
         ours, theirs = _SPAWN.Pipe()
         process = _SPAWN.Process(target=_work, args=(theirs, self.function), name=self.name)
-        with _one_thread_each():
+        with _digits_that_repeat():
             process.start()
         theirs.close()
         self.workers.append(_Worker(process, ours, slot))
@@ -254,9 +254,9 @@ class _Study:
 
 
 @contextmanager
-def _one_thread_each() -> Iterator[None]:
-    """Have the processes started inside use one BLAS thread each, unless told otherwise."""
-    ours = {name: value for name, value in work.ONE_THREAD.items() if name not in os.environ}
+def _digits_that_repeat() -> Iterator[None]:
+    """Have the processes started inside use one BLAS thread each and one kernel, unless told otherwise."""
+    ours = {name: value for name, value in arithmetic.environment().items() if name not in os.environ}
     os.environ.update(ours)
     try:
         yield

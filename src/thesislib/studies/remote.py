@@ -26,7 +26,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
-from thesislib import provenance
+from thesislib import arithmetic, provenance
 from thesislib.studies import work
 from thesislib.studies.store import load
 
@@ -133,7 +133,7 @@ def perform(order: bytes, key: str) -> bytes:
 
     worker = get_worker()
     ours, theirs = Pipe()
-    environment = work.ONE_THREAD | {k: v for k, v in os.environ.items() if k not in _NOT_PASSED_ON}
+    environment = arithmetic.environment() | {k: v for k, v in os.environ.items() if k not in _NOT_PASSED_ON}
     started = time.perf_counter()
     process = subprocess.Popen(
         [*_CHILD, str(theirs.fileno())],

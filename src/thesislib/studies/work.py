@@ -15,12 +15,9 @@ from typing import Any
 from thesislib import provenance
 from thesislib.studies.store import Value, save
 
-__all__ = ["ONE_THREAD", "Answer", "Function", "computed", "log_through", "log_to_run", "sources"]
+__all__ = ["Answer", "Function", "computed", "log_through", "log_to_run", "sources"]
 
 Function = Callable[..., Mapping[str, Value]]
-
-ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
-"""Environment in which the linear algebra keeps to one thread: the cases share out the cores."""
 
 
 @dataclass(frozen=True)
