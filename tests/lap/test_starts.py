@@ -27,12 +27,29 @@ def test_every_row_has_three_starts_that_agree_or_say_why_not(told):
     solved, rows_told, _ = told
     assert set(rows_told) == {"C", "H", "I"}
     for letter, entries in rows_told.items():
-        assert set(entries) == {starts.CHAIN, starts.OTHER, starts.COLD}
+        assert set(entries) - {starts.ON_BEST_MESH} == set(starts.STARTS)
         assert entries[starts.CHAIN]["lap_time"] == solved[letter].lap_time
-        times = [entry["lap_time"] for entry in entries.values() if "lap_time" in entry]
+        times = [entries[start]["lap_time"] for start in starts.STARTS if "lap_time" in entries[start]]
         # laps of 20 s on meshes of 5 % error: the starts find the same lap to a per cent
         assert len(times) >= 2
         assert max(times) - min(times) < 0.01 * min(times)
+
+
+def test_where_another_start_is_faster_the_lap_is_solved_on_its_mesh(told):
+    solved, rows_told, _ = told
+    faster = 0
+    for letter, entries in rows_told.items():
+        times = {start: entries[start].get("lap_time", math.inf) for start in starts.STARTS}
+        best = min(times, key=times.get)
+        assert (starts.ON_BEST_MESH in entries) == (best != starts.CHAIN)
+        if best != starts.CHAIN:
+            faster += 1
+            # one problem on one mesh from two starts: a mesh of 5 % error moves these laps by a per cent
+            again = entries[starts.ON_BEST_MESH]
+            assert again["lap_time"] == pytest.approx(times[best], rel=1e-4)
+            assert again["lap_time"] != solved[letter].lap_time
+            assert again["error"] == pytest.approx(entries[best]["error"], rel=0.5)
+    assert faster
 
 
 def test_the_result_is_kept_and_read(told, tmp_path):
@@ -71,3 +88,4 @@ def test_the_kept_study_has_three_laps_of_every_row():
         times = kept.lap_times(letter)
         assert set(times) == {starts.CHAIN, starts.OTHER, starts.COLD}
         assert all(math.isfinite(time) for time in times.values())
+        assert math.isfinite(kept.on_best_mesh(letter))

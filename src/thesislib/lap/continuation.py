@@ -174,8 +174,7 @@ def solved_row(
     Returns
     -------
     dict
-        ``file``, the lap as the bytes of a stored solution; ``lap_time`` s; ``error``; ``resisting``;
-        ``adjusted …`` for everything that was adjusted, SI; and what `told` says of the solve.
+        As of `in_store`, and ``adjusted …`` for everything that was adjusted, SI.
 
     Raises
     ------
@@ -184,15 +183,27 @@ def solved_row(
         intervals, or what they can be worth is not small.
     """
     lap = continued_row(setup, start, tolerance, name, steps)
+    chosen = {_ADJUSTED + one: value for one, value in lap.adjustments.items() if one in setup.free}
+    return in_store(lap.solution, tolerance) | chosen
+
+
+def in_store(solution: ocp.Solution, tolerance: float) -> dict[str, Any]:
+    """Return a row's solution as a study keeps it.
+
+    Returns
+    -------
+    dict
+        ``file``, the solution as the bytes of its file; ``lap_time`` s; ``error``; ``resisting``; and what
+        `told` says of the solve.
+    """
     with tempfile.TemporaryDirectory() as folder:
-        content = save(lap.solution, Path(folder) / "row.npz").read_bytes()
+        content = save(solution, Path(folder) / "row.npz").read_bytes()
     return {
         "file": np.frombuffer(content, dtype=np.uint8),
-        "lap_time": lap.time,
-        "error": lap.solution.error,
-        "resisting": "; ".join(map(str, resisting(lap.solution, tolerance))),
-        **{_ADJUSTED + one: value for one, value in lap.adjustments.items() if one in setup.free},
-        **told(lap.solution),
+        "lap_time": solution.objective,
+        "error": solution.error,
+        "resisting": "; ".join(map(str, resisting(solution, tolerance))),
+        **told(solution),
     }
 
 
