@@ -60,7 +60,7 @@ bench-table-4-2: environment  ## Measure Table 4.2 against the same programme in
 	@$(BIN)/python benchmarks/table_4_2.py $(KEEP)
 	@$(BIN)/python benchmarks/warm_starts.py $(KEEP)
 
-study-table-4-2: environment  ## Solve Table 4.2 from two more starts a row and keep the result in data/studies (half an hour)
+study-table-4-2: environment  ## Solve Table 4.2 from two more starts a row and keep the result in data/studies (an hour)
 	@$(BIN)/python scripts/table_4_2_starts.py
 
 # Pins that are in the lock already are kept; `make lock UPGRADE=--upgrade` takes the newest.
