@@ -309,7 +309,8 @@ def rehearsal(tmp_path: Path) -> Rehearsal:
 
 
 INSTALL = ["python scripts/bootstrap.py"]
-LINT = ["ruff check .", "ruff format --check .", "mypy ", "lint-imports "]
+COLLECT = "python -m pytest --collect-only -qq"
+LINT = ["ruff check .", "ruff format --check .", "mypy ", "lint-imports ", COLLECT]
 BOOK = ["thesis run --all", "thesis check", "thesis site"]
 
 
@@ -326,7 +327,7 @@ def test_make_test_fast_leaves_only_the_chapters_out(rehearsal: Rehearsal) -> No
     assert rehearsal("test-fast") == (0, [*INSTALL, *LINT, "python -m pytest -m not book"])
 
 
-@pytest.mark.parametrize("step", [*INSTALL, *LINT, *BOOK, "python -m pytest"])
+@pytest.mark.parametrize("step", [*INSTALL, *LINT, *BOOK, "python -m pytest --cov"])
 def test_failed_step_fails_make_test_and_ends_it(rehearsal: Rehearsal, step: str) -> None:
     status, called = rehearsal("test", failing=step)
     assert status != 0
