@@ -13,7 +13,7 @@ from functools import cache
 __all__ = ["KERNEL", "environment"]
 
 KERNEL = "Haswell"
-"""Kernel of OpenBLAS that every x86 processor of the last decade can run."""
+"""Kernel of OpenBLAS for x86 processors with AVX2 and FMA; those with AVX-512 run it, too."""
 
 _THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 _CORE_TYPE = "OPENBLAS_CORETYPE"

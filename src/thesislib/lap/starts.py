@@ -223,7 +223,7 @@ class StoredStudy:
 
     def best(self, letter: str) -> float:
         """Return a row's best lap time from any start, s."""
-        return min(time for time in self.lap_times(letter).values() if time == time)
+        return self.lap_times(letter)[_best(self.rows[letter])]
 
     def on_best_mesh(self, letter: str) -> float:
         """Return the lap time in s of the page's lap on the mesh of the best of a row's starts."""
