@@ -130,6 +130,42 @@ def test_a_failing_case_is_named_after_the_others_have_finished(root: Path, case
     assert all(result.stored for result in results.values()), "what finished is kept"
 
 
+def halves(case: str, result: studies.Result) -> dict[str, dict[str, int]]:
+    """Return the cases that follow a number: the two that differ by one from its half, down to four."""
+    half = int(result["x"]) // 2
+    return {f"{case}, {x}": {"x": x} for x in (half - 1, half + 1)} if half > 3 else {}
+
+
+def test_cases_follow_from_results_and_go_before_those_that_wait(
+    root: Path, cases: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    wanted = {"a": {"x": 16}, "b": {"x": 2}}
+    first = studies.run(wanted, cases.slow, jobs=1, follow=halves)
+    names = ["a", "b", "a, 7", "a, 9", "a, 9, 3", "a, 9, 5"]
+    assert sorted(first) == sorted(names) and list(first)[:2] == ["a", "b"]
+    order = (root / "calls.txt").read_text().split()
+    assert order == ["16", "7", "9", "3", "5", "2"], "a chain is finished before what waits is begun"
+    again = studies.run(wanted, cases.slow, follow=halves)
+    assert list(again) and all(result.stored for result in again.values()) and set(again) == set(first)
+    next((root / "_build" / "solutions").glob("slow-a-9-????????????????????????????????.json")).unlink()
+    (root / "calls.txt").unlink()
+    third = studies.run(wanted, cases.slow, follow=halves)
+    assert [name for name, result in third.items() if not result.stored] == ["a, 9"]
+    assert calls(root) == ["9"], "what follows a case that was lost is still there"
+
+
+def test_nothing_follows_a_failure_and_the_rest_is_finished(root: Path, cases: ModuleType) -> None:
+    with pytest.raises(studies.StudyError, match=r"2 of 3 cases failed.*case 'a, 7'.*case 'a, 9'") as info:
+        studies.run({"a": {"x": 16}}, cases.fails_if_odd, follow=halves)
+    assert set(info.value.failures) == {"a, 7", "a, 9"}
+    assert calls(root) == ["16", "7", "9"]
+
+
+def test_a_case_that_is_there_already_cannot_follow(root: Path, cases: ModuleType) -> None:
+    with pytest.raises(ValueError, match=r"The study has a case 'a' already\."):
+        studies.run({"a": {"x": 2}}, cases.slow, follow=lambda *_: {"a": {"x": 4}})
+
+
 def test_a_case_whose_process_dies_is_named_with_its_exit_code(root: Path, cases: ModuleType) -> None:
     with pytest.raises(studies.StudyError, match=r"case 'deadly'.*exit code 7") as info:
         studies.run({"deadly": {"x": 1}, "well": {"x": 2}}, cases.dies, jobs=1)

@@ -73,7 +73,7 @@ def square(x, pause=0.0):
     logging.getLogger("thesislib.test").info("100%% of %d", x)
     note("end", x)
     return {
-        "square": x * x, "name": f"case {x}", "odd": x % 2 == 1, "threads": os.environ["OMP_NUM_THREADS"],
+        "square": x * x, "name": f"case {x}", "odd": x % 2 == 1, "threads": os.environ.get("OMP_NUM_THREADS"),
         "grid": np.arange(2.0 * x).reshape(2, x), "texts": np.array(["a", "bc"]),
     }
 
@@ -324,6 +324,22 @@ def test_results_come_back_whole_and_a_local_study_takes_them_up(
             array = result[name]
             assert isinstance(array, np.ndarray) and array.dtype == value.dtype and array.flags.writeable
             np.testing.assert_array_equal(array, value)
+
+
+def test_cases_follow_from_results_of_a_cluster(workers: LocalCluster, cases: ModuleType) -> None:
+    def next_ones(case: str, result: studies.Result) -> dict[str, dict[str, int]]:
+        x = int(result["square"])
+        return {f"{case}, {y}": {"x": y} for y in (x - 1, x + 1)} if x < 10 else {}
+
+    results = studies.run(
+        {"a": {"x": 2}, "b": {"x": 4}}, cases.square, jobs=1, scheduler=workers.address, follow=next_ones
+    )
+    assert [name for what, name, *_ in notes(workers) if what == "end"] == ["2", "3", "8", "10", "5", "4"]
+    assert {name: result["square"] for name, result in results.items()} == {
+        "a": 4, "b": 16, "a, 3": 9, "a, 5": 25, "a, 3, 8": 64, "a, 3, 10": 100,
+    }  # fmt: skip
+    local = studies.run({"a": {"x": 2}, "b": {"x": 4}}, cases.square, follow=next_ones)
+    assert all(result.stored for result in local.values()) and set(local) == set(results)
 
 
 def test_a_fresh_study_computes_again_one_case_at_a_time_if_told_so(

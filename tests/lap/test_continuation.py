@@ -89,8 +89,16 @@ def test_a_row_that_fails_is_named_and_what_is_finished_is_kept(solved, start, t
     chosen, _, _ = solved
     monkeypatch.setenv("THESIS_STORE", str(tmp_path / "store"))
     springs = replace(chosen["H"], name="E", setup=replace(start.setup, free={"dK_h_front": (-5e5, 5e5)}))
-    with pytest.raises(studies.StudyError, match=r"1 of 2 cases failed. case 'row E': .*Table 3\.2"):
-        solve_rows({"C": chosen["C"], "E": springs, "H": chosen["H"]}, start, tmp_path, tolerance=LOOSE)
-    # row (C) and row (H) of the same wave were finished before the failure was told
+    after = replace(chosen["H"], name="F", parent="E")
+    rows_with_it = {"C": chosen["C"], "E": springs, "F": after, "H": chosen["H"]}
+    with pytest.raises(studies.StudyError, match=r"1 of 3 cases failed. case 'row E': .*Table 3\.2"):
+        solve_rows(rows_with_it, start, tmp_path, tolerance=LOOSE)
+    # rows (C) and (H) were finished before the failure was told; what starts from (E) was not begun
     kept = solve_rows({"C": chosen["C"], "H": chosen["H"]}, start, tmp_path, tolerance=LOOSE)
     assert all(row.stored for row in kept.values())
+
+
+def test_rows_without_a_start_are_refused_before_the_first_solve(solved, start, tmp_path):
+    chosen, _, _ = solved
+    with pytest.raises(KeyError, match="rows without a start: H from C"):
+        solve_rows({"H": chosen["H"]}, start, tmp_path, tolerance=LOOSE)

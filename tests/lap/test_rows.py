@@ -13,6 +13,7 @@ from thesislib.lap.rows import (
     RAW,
     RECONCILED,
     Row,
+    links,
     own_row,
     printed_range,
     raw,
@@ -45,6 +46,13 @@ def test_rows_without_a_start_are_named():
     orphan = Row("K", "heights", Setup(), "D")
     with pytest.raises(KeyError, match="rows without a start: K from D"):
         waves({"K": orphan})
+
+
+def test_the_longest_chain_of_a_row_is_counted(every):
+    length = links(every)
+    # C, D, K, L, P, P with the printed constants
+    assert [length[name] for name in ("C", "D", "K", "L", "P", "P raw")] == [6, 5, 4, 3, 2, 1]
+    assert (length["M"], length["H"], length["B"], length["G"]) == (2, 1, 2, 3)
 
 
 def test_rows_optimise_what_table_4_2_says(every):

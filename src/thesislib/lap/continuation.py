@@ -13,7 +13,7 @@ import numpy as np
 
 from thesislib import ocp, studies
 from thesislib.lap.minimum_time import SETTINGS, Lap
-from thesislib.lap.rows import BASE, HEIGHTS, STIFFNESSES, Row, waves
+from thesislib.lap.rows import BASE, HEIGHTS, STIFFNESSES, Row, links
 from thesislib.lap.setups import Setup, Solved, Start, told
 from thesislib.ocp.goal import resisting
 from thesislib.ocp.storage import save
@@ -83,7 +83,7 @@ class SolvedRow:
 def solve_rows(
     rows: Mapping[str, Row], base: Start, folder: Path, *, tolerance: float = TOLERANCE, **options: Any
 ) -> dict[str, SolvedRow]:
-    """Solve rows, those side by side whose parents are solved.
+    """Solve rows side by side, each as soon as its parent is solved.
 
     Parameters
     ----------
@@ -105,32 +105,41 @@ def solve_rows(
 
     Raises
     ------
+    KeyError
+        If a row's parent is not among them.
     studies.StudyError
-        If rows failed; those that are finished are kept.
+        If rows failed, after all others that do not start from them are finished and kept.
     """
-    starts: dict[str, Start] = {BASE: base}
-    found: dict[str, SolvedRow] = {}
     folder.mkdir(parents=True, exist_ok=True)
-    for wave in waves(rows):
-        kept = {
-            row.name: Start(row.setup, tolerance, base.interval_m, str(folder / _file(row))) for row in wave
-        }
-        cases = {
-            f"row {row.name}": {
+    length = links(rows)
+    ordered = sorted(rows.values(), key=lambda row: length[row.name], reverse=True)  # the longest chain first
+    laps = {
+        row.name: Start(row.setup, tolerance, base.interval_m, str(folder / _file(row))) for row in ordered
+    }
+    starts = {BASE: base, **laps}
+    by_case = {f"row {row.name}": row for row in ordered}
+    found: dict[str, SolvedRow] = {}
+
+    def begun_from(parent: str) -> dict[str, dict[str, Any]]:
+        return {
+            case: {
                 "setup": row.setup,
-                "start": starts[row.parent],
+                "start": starts[parent],
                 "tolerance": tolerance,
-                "name": f"row {row.name}",
+                "name": case,
                 "steps": row.steps,
             }
-            for row in wave
+            for case, row in by_case.items()
+            if row.parent == parent
         }
-        results = studies.run(cases, solved_row, **options)
-        for row in wave:
-            result = results[f"row {row.name}"]
-            Path(kept[row.name].path).write_bytes(np.asarray(result["file"]).tobytes())
-            found[row.name] = _taken(row, kept[row.name], result)
-        starts |= kept
+
+    def keep(case: str, result: studies.Result) -> dict[str, dict[str, Any]]:
+        name = by_case[case].name
+        Path(laps[name].path).write_bytes(np.asarray(result["file"]).tobytes())
+        found[name] = _taken(by_case[case], laps[name], result)
+        return begun_from(name)
+
+    studies.run(begun_from(BASE), solved_row, follow=keep, **options)
     return {name: found[name] for name in rows}
 
 

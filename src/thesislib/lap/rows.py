@@ -226,5 +226,21 @@ def waves(rows: Mapping[str, Row], done: Iterable[str] = (BASE,)) -> list[list[R
     return found
 
 
+def links(rows: Mapping[str, Row]) -> dict[str, int]:
+    """Return the number of rows in the longest chain that begins with each row.
+
+    Raises
+    ------
+    KeyError
+        As `waves`.
+    """
+    found: dict[str, int] = {}
+    for row in (row for wave in reversed(waves(rows)) for row in wave):
+        found[row.name] = 1 + max(
+            (found[child.name] for child in rows.values() if child.parent == row.name), default=0
+        )
+    return found
+
+
 def _in_order(rows: Mapping[str, Row]) -> dict[str, Row]:
     return {row.name: row for wave in waves(rows) for row in wave}

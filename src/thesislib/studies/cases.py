@@ -17,7 +17,7 @@ import signal
 import threading
 import traceback
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection, wait
@@ -31,7 +31,10 @@ from thesislib.studies.remote import Order
 from thesislib.studies.slots import Slot, Slots, slots
 from thesislib.studies.store import Result, entry, load, save
 
-__all__ = ["StudyError", "run"]
+__all__ = ["Follow", "StudyError", "run"]
+
+Follow = Callable[[str, Result], Mapping[str, Mapping[str, Any]]]
+"""Takes a finished case's name and result; returns the cases that they make possible."""
 
 _POLL_S = 0.2
 _SPAWN = multiprocessing.get_context("spawn")
@@ -63,8 +66,9 @@ def run(
     store: bool = True,
     key: Any = None,
     scheduler: str | None = None,
+    follow: Follow | None = None,
 ) -> dict[str, Result]:
-    """Compute independent cases side by side.
+    """Compute cases side by side: independent ones, and those that follow from finished ones.
 
     Parameters
     ----------
@@ -82,11 +86,15 @@ def run(
     scheduler : str, optional
         Address of a Dask scheduler, ``tcp://host:8786``; by default ``THESIS_SCHEDULER``. Without either,
         or with an empty text, the cases are computed by processes on this machine.
+    follow : callable, optional
+        Called here with each case's name and result as soon as it is there, computed or taken up; returns
+        the cases that it makes possible, as `cases`. They are computed before those that wait already, so
+        that a chain of cases is not held up. Nothing follows a case that failed.
 
     Returns
     -------
     dict of str to Result
-        The results in the order of the cases.
+        The results, in the order of `cases`; those that followed come after the case that they followed.
 
     Raises
     ------
@@ -97,21 +105,20 @@ def run(
     TypeError
         If the function does not live in a module, or a case cannot be part of a key.
     ValueError
-        If `jobs` is below 1, or `scheduler` is no address.
+        If `jobs` is below 1, `scheduler` is no address, or two cases have one name.
     """
     if jobs is not None and jobs < 1:
         raise ValueError(f"jobs = {jobs}; a study needs at least 1.")
     address = cluster.scheduler_address(scheduler)
-    study = _Study(_name(function), function, _files(cases, function, key) if store else {})
-    study.take_up(cases)
-    unfinished = {name: inputs for name, inputs in cases.items() if name not in study.results}
-    if unfinished and address is not None:
-        study.compute_on(address, unfinished, jobs)
+    study = _Study(_name(function), function, _Files(function, key) if store else None, follow)
+    study.add(cases)
+    if study.pending and address is not None:
+        study.compute_on(address, jobs)
     else:
-        study.compute(unfinished, jobs)
+        study.compute(jobs)
     if study.failures:
-        raise StudyError(study.failures, len(cases))
-    return {name: study.results[name] for name in cases}
+        raise StudyError(study.failures, len(study.cases))
+    return {name: study.results[name] for name in study.cases}
 
 
 def _name(function: Callable[..., Any]) -> str:
@@ -124,14 +131,18 @@ def _name(function: Callable[..., Any]) -> str:
     return f"{module}.{name}"
 
 
-def _files(cases: Mapping[str, Mapping[str, Any]], function: Callable[..., Any], key: Any) -> dict[str, Path]:
-    """Return where each case is stored, without suffix."""
-    source = "".join(work.sources(function))
-    called = _name(function)
-    return {
-        name: entry(f"{function.__name__} {name}", [called, dict(inputs), key], source)
-        for name, inputs in cases.items()
-    }
+class _Files:
+    """Where the cases of a study are stored, without suffix."""
+
+    def __init__(self, function: work.Function, key: Any) -> None:
+        self.source = "".join(work.sources(function))
+        self.called = _name(function)
+        self.function = function
+        self.key = key
+
+    def of(self, case: str, inputs: Mapping[str, Any]) -> Path:
+        """Return a case's file; raise TypeError if it cannot be part of a key."""
+        return entry(f"{self.function.__name__} {case}", [self.called, dict(inputs), self.key], self.source)
 
 
 @dataclass
@@ -153,62 +164,104 @@ class _Worker:
 
 
 class _Study:
-    def __init__(self, name: str, function: work.Function, files: Mapping[str, Path]) -> None:
+    """A study under way.
+
+    Attributes
+    ----------
+    cases : dict
+        Arguments of all cases so far.
+    pending : deque of str
+        Those that wait to be computed.
+    results, failures : dict
+        What came of the others.
+    """
+
+    def __init__(
+        self, name: str, function: work.Function, places: _Files | None, follow: Follow | None
+    ) -> None:
         self.name = name
         self.function = function
-        self.files = files
+        self.places = places
+        self.follow = follow
+        self.cases: dict[str, Mapping[str, Any]] = {}
+        self.files: dict[str, Path] = {}
+        self.pending: deque[str] = deque()
         self.results: dict[str, Result] = {}
         self.failures: dict[str, str] = {}
         self.workers: list[_Worker] = []
 
-    def take_up(self, cases: Mapping[str, Any]) -> None:
-        """Take up the cases that are stored already."""
-        if os.environ.get("THESIS_FRESH") == "1":
-            return
-        found = {name: load(self.files[name]) for name in cases if name in self.files}
-        self.results |= {name: result for name, result in found.items() if result is not None}
+    def add(self, cases: Mapping[str, Mapping[str, Any]]) -> list[str]:
+        """Take up the cases that are stored already; the others are the next to be computed.
 
-    def take(self, case: str, answer: work.Answer) -> None:
-        """Take what came of a case."""
+        Returns
+        -------
+        list of str
+            The names of all cases that wait now and did not before.
+        """
+        if twice := sorted(cases.keys() & self.cases.keys()):
+            raise ValueError(f"The study has a case {twice[0]!r} already.")
+        self.cases |= cases
+        if self.places is not None:
+            self.files |= {name: self.places.of(name, inputs) for name, inputs in cases.items()}
+        fresh = os.environ.get("THESIS_FRESH") == "1"
+        found = {name: load(self.files[name]) for name in cases if name in self.files and not fresh}
+        new = [name for name in cases if found.get(name) is None]
+        self.pending.extendleft(reversed(new))
+        for name, result in found.items():
+            if result is not None:
+                new += self.finish(name, result)
+        return new
+
+    def finish(self, case: str, result: Result) -> list[str]:
+        """Take a case's result, and what follows from it; return as `add`."""
+        self.results[case] = result
+        return [] if self.follow is None else self.add(self.follow(case, result))
+
+    def take(self, case: str, answer: work.Answer) -> list[str]:
+        """Take what came of a case; return as `add`."""
         provenance.merge(answer.used)
         if answer.failure is None:
-            self.results[case] = Result(answer.values, stored=False, seconds=answer.seconds)
-        else:
-            self.failures[case] = answer.failure
+            return self.finish(case, Result(answer.values, stored=False, seconds=answer.seconds))
+        self.failures[case] = answer.failure
+        return []
 
-    def compute_on(self, address: str, cases: Mapping[str, Mapping[str, Any]], jobs: int | None) -> None:
+    def compute_on(self, address: str, jobs: int | None) -> None:
         """Compute cases on a cluster, and store those that the workers may have stored elsewhere only."""
-        for folder in {file.parent for file in self.files.values()}:
-            folder.mkdir(parents=True, exist_ok=True)  # workers store where they find it
+        sources = work.sources(self.function)
 
-        def keep(case: str, answer: work.Answer) -> None:
+        def orders(cases: Iterable[str]) -> dict[str, Order]:
+            found = {
+                case: Order.of(case, self.function, self.cases[case], self.files.get(case), sources)
+                for case in cases
+            }
+            for folder in {self.files[case].parent for case in found if case in self.files}:
+                folder.mkdir(parents=True, exist_ok=True)  # workers store where they find it
+            return found
+
+        def keep(case: str, answer: work.Answer) -> Mapping[str, Order]:
             if answer.failure is None and case in self.files:
                 try:
                     save(self.files[case], answer.values, answer.seconds, answer.used)
                 except TypeError:
                     answer = replace(answer, failure=traceback.format_exc())
-            self.take(case, answer)
+            return orders(self.take(case, answer))
 
-        sources = work.sources(self.function)
-        orders = {
-            case: Order.of(case, self.function, inputs, self.files.get(case), sources)
-            for case, inputs in cases.items()
-        }
-        cluster.compute(address, orders, jobs, keep)
+        first, self.pending = orders(self.pending), deque()
+        cluster.compute(address, first, jobs, keep)
 
-    def compute(self, cases: Mapping[str, Mapping[str, Any]], jobs: int | None) -> None:
+    def compute(self, jobs: int | None) -> None:
         """Compute cases in processes on this machine."""
-        pool, pending = slots(), deque(cases)
-        limit = min(len(cases), jobs or pool.count)
+        pool, pending = slots(), self.pending
+        limit = jobs or pool.count
         try:
             while pending or self.workers:
                 while pending and len(self.workers) < limit and self._start(pool):
-                    self._give(self.workers[-1], pending.popleft(), cases)
+                    self._give(self.workers[-1], pending.popleft())
                 ready = wait([worker.pipe for worker in self.workers], timeout=_POLL_S)
                 for worker in [worker for worker in self.workers if worker.pipe in ready]:
                     self._receive(worker)
                     if worker.case is None and pending:
-                        self._give(worker, pending.popleft(), cases)
+                        self._give(worker, pending.popleft())
                     elif worker.case is None:
                         self._dismiss(worker)
         finally:
@@ -230,9 +283,9 @@ class _Study:
         self.workers.append(_Worker(process, ours, slot))
         return True
 
-    def _give(self, worker: _Worker, case: str, cases: Mapping[str, Mapping[str, Any]]) -> None:
+    def _give(self, worker: _Worker, case: str) -> None:
         worker.case = case
-        worker.pipe.send((case, dict(cases[case]), self.files.get(case)))
+        worker.pipe.send((case, dict(self.cases[case]), self.files.get(case)))
 
     def _receive(self, worker: _Worker) -> None:
         """Take a worker's answer, or note that it died; a dead one is replaced by the next start."""

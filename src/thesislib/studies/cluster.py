@@ -18,7 +18,7 @@ import traceback
 import uuid
 import warnings
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -93,7 +93,7 @@ def compute(
     address: str,
     orders: Mapping[str, remote.Order],
     jobs: int | None,
-    take: Callable[[str, Answer], None],
+    take: Callable[[str, Answer], Mapping[str, remote.Order]],
 ) -> None:
     """Compute cases on a cluster.
 
@@ -106,7 +106,8 @@ def compute(
     jobs : int, optional
         At most so many cases are with the cluster at a time; by default all.
     take : callable
-        Takes each case's name and answer as soon as it is there.
+        Takes each case's name and answer as soon as it is there; returns the cases that follow from it,
+        which are sent before those that wait.
 
     Raises
     ------
@@ -116,7 +117,7 @@ def compute(
     """
     from distributed import as_completed
 
-    keys = {_key(order): case for case, order in orders.items()}
+    keys = {_key(order): (case, order) for case, order in orders.items()}
     with _connected(address) as client, _lines(client, keys):
         finished = as_completed(loop=client.loop, with_results=True, raise_errors=False)
         pending = deque(keys)
@@ -126,7 +127,7 @@ def compute(
             while pending or under_way:
                 while pending and len(under_way) < (jobs or len(keys)):
                     key = pending.popleft()
-                    order = pickle.dumps(orders[keys[key]])
+                    order = pickle.dumps(keys[key][1])
                     under_way[key] = client.submit(remote.perform, order, key, key=key, pure=False)
                     finished.add(under_way[key])
                 if not finished.has_ready():
@@ -141,7 +142,11 @@ def compute(
                         "Started again, the study takes up what has been stored."
                     )
                 del under_way[future.key]
-                take(keys[future.key], answer)
+                followers = {
+                    _key(order): (case, order) for case, order in take(keys[future.key][0], answer).items()
+                }
+                keys |= followers
+                pending.extendleft(reversed(followers))
         finally:
             if client.status == "running":
                 client.cancel(list(under_way.values()))
@@ -236,7 +241,7 @@ def _sentence(error: BaseException) -> str:
 
 
 @contextmanager
-def _lines(client: Client, keys: Mapping[str, str]) -> Iterator[None]:
+def _lines(client: Client, keys: Collection[str]) -> Iterator[None]:
     """Log the progress lines of the cases as if they were this process's."""
 
     def say(event: tuple[float, Mapping[str, Any]]) -> None:
