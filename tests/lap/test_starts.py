@@ -2,12 +2,17 @@
 
 import json
 import math
+from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
 import pytest
 
+from thesislib import ocp
 from thesislib.lap import starts
-from thesislib.lap.continuation import solve_rows
+from thesislib.lap.continuation import POLISHED, solve_rows
 from thesislib.lap.rows import LETTERS, rows
+from thesislib.ocp.storage import save
 
 LOOSE = 5e-2
 
@@ -50,6 +55,24 @@ def test_where_another_start_is_faster_the_lap_is_solved_on_its_mesh(told):
             assert again["lap_time"] != solved[letter].lap_time
             assert again["error"] == pytest.approx(entries[best]["error"], rel=0.5)
     assert faster
+
+
+def test_a_lap_that_another_ones_mesh_does_not_resolve_is_refined_there(told, tmp_path, monkeypatch):
+    solved, _, _ = told
+    row = solved["H"]
+    lap = row.lap().solution
+    coarse = ocp.Mesh(lap.mesh.boundaries, np.full(lap.mesh.orders.size, 3))
+    poor = ocp.solve(row.row.setup.problem("poor"), lap, coarse, POLISHED)
+    kept = replace(row.start, path=str(tmp_path / "poor.npz"))
+    save(poor, Path(kept.path))
+    start = replace(row.start, tolerance=poor.error / 2)
+    as_good = starts.on_mesh(row.row.setup, start, kept, "as the other lap")
+    assert as_good["solve meshes"] == 1
+    assert as_good["error"] == pytest.approx(poor.error, rel=1e-3)
+    monkeypatch.setattr(starts, "UNRESOLVED", 0.9)
+    refined = starts.on_mesh(row.row.setup, start, kept, "worse than the other lap")
+    assert refined["solve meshes"] > 1
+    assert refined["error"] <= poor.error / 2
 
 
 def test_the_result_is_kept_and_read(told, tmp_path):

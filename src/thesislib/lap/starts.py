@@ -3,8 +3,8 @@
 An interior point method finds an optimum near its start. The rows of the page start from their parents
 (`rows`); here each also starts from the lap of a car that is less alike, and cold, from a quasi-steady lap.
 Each start ends on a mesh of its own. Where one is faster than the page's lap, the page's lap is therefore
-solved again on the faster one's mesh: if it is as fast there, the meshes differ and not the optima.
-The study takes an hour, so that the page shows its stored result.
+solved again on the faster one's mesh, refined where that mesh does not resolve it: if it is as fast there,
+the meshes differ and not the optima. The study takes an hour, so that the page shows its stored result.
 """
 
 from __future__ import annotations
@@ -46,6 +46,9 @@ STARTS = (CHAIN, OTHER, COLD)
 
 ON_BEST_MESH = "its parent's lap, on the mesh of the best"
 """Name of the page's lap solved again where another start's is faster."""
+
+UNRESOLVED = 1.1
+"""Error of a lap on another one's mesh, in errors of that lap, above which the mesh is refined."""
 
 
 def study(solved: Mapping[str, SolvedRow], interval_m: float, **options: Any) -> dict[str, Any]:
@@ -131,12 +134,15 @@ def cold_row(setup: Setup, tolerance: float, interval_m: float, name: str) -> di
 def on_mesh(setup: Setup, start: Start, mesh: Start, name: str) -> dict[str, Any]:
     """Solve a lap again from itself, on another lap's mesh; the function of a study.
 
+    Where the two laps touch a limit at different places, the mesh has its short intervals at the other lap's
+    places, and an optimiser gains from the error at its own. Such a mesh is refined as a row's is.
+
     Parameters
     ----------
     setup : Setup
         Of both laps.
     start : Start
-        The lap to begin with, on disk.
+        The lap to begin with, on disk; its tolerance is that of a refinement.
     mesh : Start
         The lap whose mesh is taken, on disk.
     name : str
@@ -150,10 +156,13 @@ def on_mesh(setup: Setup, start: Start, mesh: Start, name: str) -> dict[str, Any
     Raises
     ------
     ocp.SolveError
-        If the solver did not finish.
+        If the solver did not finish, or as `finished`.
     """
-    problem = setup.problem(name)
-    solution = ocp.solve(problem, start.lap().solution, mesh.lap().solution.mesh, POLISHED)
+    other = mesh.lap().solution
+    solution = ocp.solve(setup.problem(name), start.lap().solution, other.mesh, POLISHED)
+    if solution.error > max(start.tolerance, UNRESOLVED * other.error):
+        last = finished(solution, start.tolerance, name)
+        solution = replace(last, history=(*solution.history, *last.history))
     return in_store(solution, start.tolerance)
 
 
