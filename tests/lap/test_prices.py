@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from thesislib import ocp
 from thesislib.lap import verification
 from thesislib.lap.adjoint import adjoint_change, adjoint_derivative, grip_density, quantities_with
 from thesislib.lap.effects import effects
 from thesislib.lap.figures_prices import effect_maps, price_bars, price_traces
-from thesislib.lap.limits import HALF_WIDTH, limits, roll_per_moment
+from thesislib.lap.limits import BRAKE, HALF_WIDTH, ROLL, constraint_densities, limits, roll_per_moment
 from thesislib.lap.minimum_time import minimum_lap_time
 from thesislib.lap.prices import AMOUNTS, GRIP, grip_prices, prices
 from thesislib.lap.sectors import by_sector, sectors
@@ -174,6 +175,34 @@ def test_shadow_prices_integrate_to_the_prices_of_the_table(lap) -> None:
         price = found[name]
         assert price.total == pytest.approx(-1e3 * price.size * table[price.priced_as], rel=1e-12), name
         assert 1e-3 * (lap.solution.weights @ price.density) == pytest.approx(price.total, rel=1e-12), name
+
+
+@pytest.mark.parametrize(
+    ("equation", "step", "priced"),
+    [("roll_difference", np.deg2rad(0.01), ROLL), ("brake_difference", 5.0, BRAKE)],
+)
+def test_a_difference_of_two_wheels_is_worth_what_laps_solved_with_it_say(
+    lap, tight, equation, step, priced
+) -> None:
+    """(4.19) and (4.20) with a small number in the place of their zero, all along the lap."""
+    problem = tight.setup.problem(equation)
+    settings = replace(verification.NEIGHBOURLY, optimality=1e-10, barrier=1e-9)
+
+    def objective(difference: float) -> float:
+        path = [
+            replace(each, bounds=(difference, difference)) if each.name == equation else each
+            for each in problem.path
+        ]
+        changed = ocp.solve(replace(problem, path=path), lap.solution, None, settings, tolerance=0.1)
+        return changed.objective + changed.regularisation
+
+    found = (objective(step) - objective(-step)) / (2.0 * step)
+    multiplier = lap.solution.path_multiplier(equation)
+    assert found == pytest.approx(-lap.solution.weights @ multiplier, rel=2e-3)
+    density = constraint_densities(lap)[priced]
+    sign = np.sign(lap["phi_f"]) if priced == ROLL else -np.sign(lap["a_y"])
+    there = density != 0.0
+    np.testing.assert_allclose((sign * density)[there], -multiplier[there], rtol=1e-12)
 
 
 def test_touches_hold_what_the_edges_cost(lap) -> None:
