@@ -3,9 +3,10 @@
 import pickle
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from thesislib.lap.readings import Variant, choices, continued, solved_variant
+from thesislib.lap.readings import Variant, choices, continued, drive_on_brakes, solved_variant
 from thesislib.lap.setups import Setup, Start
 from thesislib.studies.store import canonical
 from thesislib.vehicles import Readings
@@ -111,3 +112,25 @@ def test_a_choice_with_one_equation_less_starts_from_the_course_alone(start: Sta
     lap = continued(free.setup, start, LOOSE, free.name)
     assert "brake_difference" not in lap.car.equations
     assert lap.time < start.lap().time - 0.02
+
+
+def test_brakes_of_a_fixed_ratio_leave_the_engine_no_force_to_hold_back_with(start: Start) -> None:
+    share = 0.8  # of a road with two corners: this car brakes with more than 0.6 in front there
+    ratio = next(
+        each for each in choices(start.setup, front_brake_share=share) if each.name == "brake ratio 0.8"
+    )
+    base, lap = start.lap(), continued(ratio.setup, start, LOOSE, ratio.name)
+
+    def axles(lap):
+        front, rear = (-(lap[f"F_{axle}lx"] + lap[f"F_{axle}rx"]) for axle in "fr")
+        return front, front * (1 - share) / share - rear
+
+    assert np.any(axles(base)[1] < -200.0), "the ratio would not matter on this road"
+    front, drive = axles(lap)
+    assert np.all(drive > -1.0), "the rear brakes with more than its share"
+    assert np.median(drive[front > 2000.0]) < 50.0, "brakes alone, as a rule"
+    assert lap.time > base.time + 1e-4
+    told = Variant.from_result(ratio, solved_variant(ratio.setup, start, LOOSE, ratio.name))
+    both = (front > 500.0) & (drive > 500.0)
+    assert told.drive_on_brakes == pytest.approx(lap.solution.weights @ (lap["slowness"] * both), rel=1e-9)
+    assert drive_on_brakes(base) == 0.0

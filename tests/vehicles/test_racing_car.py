@@ -218,26 +218,30 @@ def test_differential_drives_the_slower_wheel_more(car, here):
     assert open_differential["differential_balance"] == pytest.approx(torque_difference, rel=1e-12)
 
 
-def test_fixed_brake_ratio_holds_while_braking_and_lets_go_while_driving(ride, here):
-    car = RacingCar.from_file(ride=ride, readings=Readings(fixed_brake_ratio=0.62))
+def test_brakes_with_a_fixed_ratio_leave_the_rest_of_the_rear_force_to_the_engine(ride, here):
+    share = 0.62
+    car = RacingCar.from_file(ride=ride, readings=Readings(fixed_brake_ratio=share))
     x, u, C = here
 
-    def forces(kappa_rear):
-        rear = u | {"kappa_rl": kappa_rear, "kappa_rr": kappa_rear}
+    def at(front, rear):
+        slips = {"kappa_fl": front, "kappa_fr": front, "kappa_rl": rear, "kappa_rr": rear}
+        q = car.quantities(x, u | slips, C)
+        return q, q["F_flx"] + q["F_frx"], q["F_rlx"] + q["F_rrx"]
 
-        def at(kappa):
-            return car.quantities(x, rear | {"kappa_fl": kappa, "kappa_fr": kappa}, C)
-
-        q = at(brentq(lambda kappa: at(kappa)["brake_ratio"], -0.07, 0.01))
-        return q["F_flx"] + q["F_frx"], q["F_rlx"] + q["F_rrx"]
-
-    front, rear = forces(-0.02)
+    # brakes alone: the front axle has its share of the whole
+    slip = brentq(lambda front: at(front, -0.02)[0]["brake_ratio"], -0.07, 0.01)
+    _, front, rear = at(slip, -0.02)
     assert rear < -1000.0
-    # the rounded corner adds eps/(4 F) = 1e4/(4 F) newtons to the rear force
-    assert front / (front + rear) == pytest.approx(0.62, abs=1e-3)
-    front, rear = forces(0.04)
-    assert rear > 1000.0
-    assert -5.0 < front < 0.0
+    assert front / (front + rear) == pytest.approx(share, abs=1e-9)
+    # driving, or driving against the brakes: allowed, and by as much as the engine adds
+    for front_slip, rear_slip in ((0.0, 0.04), (slip, 0.01), (slip, -0.01)):
+        q, front, rear = at(front_slip, rear_slip)
+        brakes_behind = front * (1 - share) / share
+        drive = rear - brakes_behind
+        assert drive > 1000.0
+        assert q["brake_ratio"] == pytest.approx(-share * drive)
+    # braking with the rear axle alone: the engine would have to hold back
+    assert at(0.0, -0.02)[0]["brake_ratio"] > 500.0
 
 
 def test_equations_that_must_vanish_follow_from_the_readings(ride):
@@ -248,11 +252,7 @@ def test_equations_that_must_vanish_follow_from_the_readings(ride):
     assert equations() == printed | {"roll_difference", "brake_difference"}
     assert equations(brake="free") == printed | {"roll_difference"}
     assert equations(suspension="rigid") == printed | {"brake_difference"}
-    assert equations(fixed_brake_ratio=0.5) == printed | {
-        "roll_difference",
-        "brake_difference",
-        "brake_ratio",
-    }
+    assert equations(fixed_brake_ratio=0.5) == equations()  # a limit, not an equation
 
 
 def test_rigid_car_stays_at_its_nominal_ride_heights(here):

@@ -167,7 +167,6 @@ def lap_problem(
         "pitch_balance": ("N m", units.moment),
         "roll_difference": ("rad", ROLL_SCALE_RAD),
         "brake_difference": ("N", units.force),
-        "brake_ratio": ("N", units.force),
         "differential_balance": ("N m", units.moment),
     }
     path = [
@@ -175,6 +174,9 @@ def lap_problem(
         for equation in car.equations
     ]
     path.append(ocp.Path("power", "W", (-np.inf, 0.0), units.power))
+    limited_brakes = car.readings.fixed_brake_ratio is not None
+    if limited_brakes:
+        path.append(ocp.Path("brake_ratio", "N", (-np.inf, 0.0), units.force))
     adjustable = parameters(free, car.values) if free else []
     offsets = [adjustment.name for adjustment in adjustable]
     offsets += [CONTINUOUS_BALANCE] if continuous_balance else []
@@ -195,6 +197,8 @@ def lap_problem(
         )
         expressions = {equation: q[equation] for equation in car.equations}
         expressions["power"] = q["power"] - values["P_max"]
+        if limited_brakes:
+            expressions["brake_ratio"] = q["brake_ratio"]
         if limited_height:
             expressions["ride_height"] = q["h_f"]
         if wheels:

@@ -11,6 +11,7 @@ import numpy as np
 
 from thesislib import ocp
 from thesislib.lap.channels import speed
+from thesislib.lap.continuation import FAR
 from thesislib.lap.minimum_time import SETTINGS, Lap, minimum_lap_time
 from thesislib.lap.setups import Setup, Solved, Start, told
 from thesislib.vehicles import CONTROLS, STATES
@@ -23,6 +24,9 @@ DAMPING_PER_RPM = 100.0 * 60.0 / (2.0 * math.pi)
 
 PEAK_BRAKING_SLIP = 0.083
 """Longitudinal slip at the force peak of a lightly loaded tyre: its rho of 0.751 times kappa_1 = 0.11."""
+
+AT_WORK_N = 500.0
+"""Force in N above which an axle's brakes or the engine are at work, where both may be."""
 
 SMOOTHING_M = (-0.1, 0.1)
 """Offsets of the centre line that the choices table has, m rms; positive is smoother."""
@@ -93,8 +97,8 @@ def choices(base: Setup, *, front_brake_share: float = 0.6) -> tuple[Choice, ...
         ),
         reading(
             f"brake ratio {front_brake_share:g}",
-            f"The front axle takes a fixed {100 * front_brake_share:g} % of the braking force; "
-            "the equations leave the ratio free.",
+            f"The front brakes have {100 * front_brake_share:g} % of the brakes' force all lap long, the "
+            "rear axle its share and the engine's drive. In (4.20) the ratio is free.",
             fixed_brake_ratio=front_brake_share,
         ),
         reading(
@@ -128,6 +132,8 @@ class Variant:
         s.
     top_speed, lowest_speed : float
         Of the mass centre, m/s.
+    drive_on_brakes : float
+        As `drive_on_brakes`, s.
     solved : Solved
         How the problem was solved.
     """
@@ -136,12 +142,14 @@ class Variant:
     lap_time: float
     top_speed: float
     lowest_speed: float
+    drive_on_brakes: float
     solved: Solved
 
     @classmethod
     def from_result(cls, choice: Choice, result: Mapping[str, Any]) -> Variant:
         """Take what `solved_variant` has returned."""
-        return cls(choice, result["lap_time"], result["top_speed"], result["lowest_speed"], Solved.of(result))
+        names = ("lap_time", "top_speed", "lowest_speed", "drive_on_brakes")
+        return cls(choice, solved=Solved.of(result), **{name: result[name] for name in names})
 
 
 def solved_variant(setup: Setup, start: Start, tolerance: float, name: str) -> dict[str, Any]:
@@ -161,7 +169,8 @@ def solved_variant(setup: Setup, start: Start, tolerance: float, name: str) -> d
     Returns
     -------
     dict
-        ``lap_time`` s, ``top_speed`` and ``lowest_speed`` m/s, and what `told` says of the solve.
+        ``lap_time`` s, ``top_speed`` and ``lowest_speed`` m/s, ``drive_on_brakes`` s, and what `told` says of
+        the solve.
 
     Raises
     ------
@@ -174,15 +183,31 @@ def solved_variant(setup: Setup, start: Start, tolerance: float, name: str) -> d
         "lap_time": lap.time,
         "top_speed": float(mps.max()),
         "lowest_speed": float(mps.min()),
+        "drive_on_brakes": drive_on_brakes(lap),
         **told(lap.solution),
     }
+
+
+def drive_on_brakes(lap: Lap) -> float:
+    """Return for how long in s the engine drives against brakes of a fixed ratio; zero where they have none.
+
+    Both count as at work above `AT_WORK_N`: the brakes by the force of the front wheels, the engine by what
+    it adds to that of the rear ones.
+    """
+    share = lap.car.readings.fixed_brake_ratio
+    if share is None:
+        return 0.0
+    braking = -(lap["F_flx"] + lap["F_frx"])
+    drive = -lap["brake_ratio"] / share
+    both = np.minimum(braking, drive) > AT_WORK_N
+    return float(lap.solution.weights @ (lap["slowness"] * both))
 
 
 def continued(setup: Setup, start: Start, tolerance: float, name: str) -> Lap:
     """Solve the lap of a set-up, starting from a lap on disk.
 
-    A problem with the same constraints starts with the multipliers too; a problem with one more or one
-    less, from the states and controls alone.
+    A problem with the same constraints starts with the multipliers too, and so does one that has the limit of
+    a brake ratio besides; a problem with other equations, from the states and controls alone.
 
     Parameters
     ----------
@@ -201,7 +226,9 @@ def continued(setup: Setup, start: Start, tolerance: float, name: str) -> Lap:
     base = start.lap()
     road, car = setup.road(), setup.car()
     units = start.setup.units()
-    if car.equations == base.car.equations and setup.edges == start.setup.edges:
+    same = car.equations == base.car.equations and setup.edges == start.setup.edges
+    limits = [one.readings.fixed_brake_ratio is not None for one in (setup, start.setup)]
+    if same and limits[0] == limits[1]:
         return minimum_lap_time(
             road,
             car,
@@ -212,9 +239,13 @@ def continued(setup: Setup, start: Start, tolerance: float, name: str) -> Lap:
             **setup.options,
         )
     problem = setup.problem(name, units=units)
-    course = _course(base, road.length)
-    solution = ocp.solve(problem, course, base.solution.mesh, SETTINGS, tolerance=tolerance)
-    return Lap(name, road, car, solution)
+    guess: Any = _course(base, road.length)
+    history: tuple[ocp.MeshRecord, ...] = ()
+    if same:
+        guess = ocp.solve(problem, ocp.Related(base.solution), base.solution.mesh, FAR)
+        history = guess.history
+    solution = ocp.solve(problem, guess, base.solution.mesh, SETTINGS, tolerance=tolerance)
+    return Lap(name, road, car, replace(solution, history=(*history, *solution.history)))
 
 
 def _course(lap: Lap, length: float) -> dict[str, Any]:

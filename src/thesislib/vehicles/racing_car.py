@@ -15,7 +15,6 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from thesislib.smoothing import smooth_minimum
 from thesislib.vehicles.aerodynamics import AeroForces, Attitude, aero_coefficients, aero_forces
 from thesislib.vehicles.elementary import elementary
 from thesislib.vehicles.parameters import ParameterSet, unknown_name
@@ -28,10 +27,6 @@ STATES = ("n", "xi", "v", "u", "omega")
 """Names of the state (4.25)."""
 CONTROLS = ("delta", *(f"kappa_{wheel}" for wheel in WHEELS), *(f"F_{wheel}z" for wheel in WHEELS))
 """Names of the control (4.26)."""
-
-# The brake ratio must hold while braking and let go while driving. Below some 100 N of rear force the two
-# meet in a rounded corner, where the front brakes as if the rear did with up to 50 N.
-_BRAKE_CORNER = 100.0**2
 
 
 @dataclass(frozen=True)
@@ -147,8 +142,6 @@ class RacingCar:
             names.append("roll_difference")
         if self.readings.brake == "equal_front_forces":
             names.append("brake_difference")
-        if self.readings.fixed_brake_ratio is not None:
-            names.append("brake_ratio")
         return tuple(names)
 
     def tyre(self, N: Any, kappa: Any, alpha: Any, values: Mapping[str, Any] | None = None) -> TyreForces:
@@ -185,10 +178,11 @@ class RacingCar:
             ``slowness`` S_f of (4.4), s/m; derivatives per metre ``dn_ds dxi_ds dv_ds du_ds domega_ds``,
             (4.5), (4.6), (4.10)-(4.12); residuals ``vertical_balance`` (4.16) N, ``roll_balance`` (4.17) N m,
             ``pitch_balance`` (4.18) N m, ``roll_difference`` (4.19) rad, ``brake_difference`` (4.20) N,
-            ``differential_balance`` (4.21) N m, and ``brake_ratio`` N if that reading is taken; ``power`` W
-            delivered by the engine; ``h_f h_r`` m, ``phi_f phi_r beta`` rad, ``C_L_front C_L_rear C_D``,
-            ``F_az_front F_az_rear F_ax`` N, ``a_x a_y`` m/s² of the mass centre; and per wheel (fl, fr, rl,
-            rr) ``F_flx F_fly`` N, ``alpha_fl`` rad, ``rho_fl``, ``Omega_fl`` rad/s, ``mu_x_fl mu_y_fl``.
+            ``differential_balance`` (4.21) N m; ``power`` W delivered by the engine; if that reading is taken
+            ``brake_ratio`` N, -share times the engine's drive of the rear axle, at most zero; ``h_f h_r`` m,
+            ``phi_f phi_r beta`` rad, ``C_L_front C_L_rear C_D``, ``F_az_front F_az_rear F_ax`` N,
+            ``a_x a_y`` m/s² of the mass centre; and per wheel (fl, fr, rl, rr) ``F_flx F_fly`` N,
+            ``alpha_fl`` rad, ``rho_fl``, ``Omega_fl`` rad/s, ``mu_x_fl mu_y_fl``.
 
         Raises
         ------
@@ -263,7 +257,7 @@ class RacingCar:
         forces: _Resultant,
         p: Mapping[str, Any],
     ) -> dict[str, Any]:
-        """Return the residuals of (4.16)-(4.18), (4.20), (4.21) and, if so read, of the brake ratio."""
+        """Return the residuals of (4.16)-(4.18), (4.20), (4.21) and, if so read, the brake ratio's excess."""
         fl, fr, rl, rr = (wheels[name].tyre for name in WHEELS)
         front_z, rear_z = u["F_flz"] + u["F_frz"], u["F_rlz"] + u["F_rrz"]
         pitching = forces.F_x if self.readings.drag_moment == "ground" else forces.F_x - aero.F_ax
@@ -288,8 +282,8 @@ class RacingCar:
             "differential_balance": p["R"] * (rl.F_x - rr.F_x) + p["k_d"] * spin_difference,
         }
         if (share := self.readings.fixed_brake_ratio) is not None:
-            rear_braking = smooth_minimum(rl.F_x + rr.F_x, _BRAKE_CORNER)
-            residuals["brake_ratio"] = (1 - share) * (fl.F_x + fr.F_x) - share * rear_braking
+            # Brakes with share / (1 - share) of the rear's force in front; the rest of the rear's is drive.
+            residuals["brake_ratio"] = (1 - share) * (fl.F_x + fr.F_x) - share * (rl.F_x + rr.F_x)
         return residuals
 
     def _power(self, speed: Any, wheels: Mapping[str, _Wheel], p: Mapping[str, Any]) -> Any:

@@ -31,7 +31,9 @@ class Readings:
     brake : {"equal_front_forces", "free"}
         (4.20) with no wheel locked, F_flx = F_frx, or no such constraint.
     fixed_brake_ratio : float or None
-        Share of the front axle in the total braking force, 0 < share < 1; None leaves it free.
+        Share of the front axle in the force of the brakes, 0 < share < 1. What the rear axle has besides its
+        share is the engine's drive, which is not negative: it may push against the brakes. None leaves the
+        forces of the axles free of each other.
     suspension : {"metamodel", "rigid"}
         Ride heights and roll angles from the car's ride-height model, or frozen at the nominal ride
         heights without roll; then (4.19) is no constraint.
