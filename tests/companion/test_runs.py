@@ -225,6 +225,8 @@ def test_an_interrupted_run_leaves_no_half_record_and_no_process(project: Any, s
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
+        # tests that a script runs in the background ignore an interrupt, and so would what they start
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
     assert command.stdout is not None
     assert any("mesh 1" in line for line in command.stdout)
