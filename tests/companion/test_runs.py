@@ -210,6 +210,18 @@ def test_a_changed_run_never_touches_the_published_one(copied: Any) -> None:
 # -- runs that are interrupted ------------------------------------------------------------------
 
 
+def test_kernels_that_start_at_once_cannot_take_each_others_ports(project: Any) -> None:
+    project.add(
+        "01",
+        "import json; from ipykernel.connect import get_connection_info",
+        "from thesislib.companion import Record; told = json.loads(get_connection_info())",
+        "Record('01').value('by_socket', float(told['transport'] == 'ipc'), '')",
+    )
+    done = project.thesis("run", "01")
+    assert done.returncode == 0, done.stderr
+    assert project.record("01")["values"]["by_socket"]["value"] == 1.0
+
+
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGKILL])
 def test_an_interrupted_run_leaves_no_half_record_and_no_process(project: Any, sent: signal.Signals) -> None:
     project.add(

@@ -12,6 +12,7 @@ import importlib
 import os
 import signal
 import sys
+import tempfile
 import threading
 import time
 from collections.abc import Mapping
@@ -40,6 +41,7 @@ PRIVATE = "private"
 """Folder of the kernel's own settings, instead of the user's."""
 
 _SAMPLE_S = 0.2
+_LONGEST_SOCKET_PATH = 90  # the system allows 107 bytes; what stands behind the folder's name needs a few
 
 _psutil = importlib.import_module("psutil")  # comes with the kernel and has no type information
 
@@ -114,14 +116,16 @@ def execute(order: Mapping[str, Any], folder: Path) -> Outcome:
     watchman.start()
     failure = None
     try:
-        papermill.execute_notebook(
-            notebook,
-            folder / NOTEBOOK,
-            parameters=order["parameters"],
-            kernel_name="python3",
-            progress_bar=False,
-            cwd=order["book"],
-        )
+        with tempfile.TemporaryDirectory(prefix="thesis-") as sockets:
+            papermill.execute_notebook(
+                notebook,
+                folder / NOTEBOOK,
+                parameters=order["parameters"],
+                kernel_name="python3",
+                progress_bar=False,
+                cwd=order["book"],
+                config=_connection(sockets),
+            )
     except papermill.PapermillExecutionError as error:
         said = error.evalue.strip().partition("\n")[0]
         failure = f"code cell {_failed_cell(folder / NOTEBOOK)} raised {error.ename}: {said}"
@@ -134,6 +138,22 @@ def execute(order: Mapping[str, Any], folder: Path) -> Outcome:
     if (folder / NOTEBOOK).is_file():
         _without_bookkeeping(folder / NOTEBOOK)
     return Outcome(failure, watchman.seconds, watchman.peak_memory_mb)
+
+
+def _connection(sockets: str) -> Any:
+    """Return how the kernel is talked to: by sockets in a folder of its own.
+
+    Ports would be chosen by the client and bound by the kernel a moment later. Where many kernels start at
+    once, another may have taken one in between; the kernel then lives without its heartbeat, and the run
+    hangs.
+    """
+    from traitlets.config import Config
+
+    config = Config()
+    if len(sockets) <= _LONGEST_SOCKET_PATH:
+        config.KernelManager.transport = "ipc"
+        config.KernelManager.ip = f"{sockets}/kernel"
+    return config
 
 
 def end_with_descendants(pid: int, *, but_not_itself: bool = False) -> None:
