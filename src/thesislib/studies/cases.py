@@ -17,7 +17,7 @@ import signal
 import threading
 import traceback
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection, wait
@@ -190,14 +190,8 @@ class _Study:
         self.failures: dict[str, str] = {}
         self.workers: list[_Worker] = []
 
-    def add(self, cases: Mapping[str, Mapping[str, Any]]) -> list[str]:
-        """Take up the cases that are stored already; the others are the next to be computed.
-
-        Returns
-        -------
-        list of str
-            The names of all cases that wait now and did not before.
-        """
+    def add(self, cases: Mapping[str, Mapping[str, Any]]) -> None:
+        """Take up the cases that are stored already; the others are the next to be computed."""
         if twice := sorted(cases.keys() & self.cases.keys()):
             raise ValueError(f"The study has a case {twice[0]!r} already.")
         self.cases |= cases
@@ -205,35 +199,35 @@ class _Study:
             self.files |= {name: self.places.of(name, inputs) for name, inputs in cases.items()}
         fresh = os.environ.get("THESIS_FRESH") == "1"
         found = {name: load(self.files[name]) for name in cases if name in self.files and not fresh}
-        new = [name for name in cases if found.get(name) is None]
-        self.pending.extendleft(reversed(new))
+        self.pending.extendleft(reversed([name for name in cases if found.get(name) is None]))
         for name, result in found.items():
             if result is not None:
-                new += self.finish(name, result)
-        return new
+                self.finish(name, result)
 
-    def finish(self, case: str, result: Result) -> list[str]:
-        """Take a case's result, and what follows from it; return as `add`."""
+    def finish(self, case: str, result: Result) -> None:
+        """Take a case's result, and what follows from it."""
         self.results[case] = result
-        return [] if self.follow is None else self.add(self.follow(case, result))
+        if self.follow is not None:
+            self.add(self.follow(case, result))
 
-    def take(self, case: str, answer: work.Answer) -> list[str]:
-        """Take what came of a case; return as `add`."""
+    def take(self, case: str, answer: work.Answer) -> None:
+        """Take what came of a case."""
         provenance.merge(answer.used)
         if answer.failure is None:
-            return self.finish(case, Result(answer.values, stored=False, seconds=answer.seconds))
-        self.failures[case] = answer.failure
-        return []
+            self.finish(case, Result(answer.values, stored=False, seconds=answer.seconds))
+        else:
+            self.failures[case] = answer.failure
 
     def compute_on(self, address: str, jobs: int | None) -> None:
         """Compute cases on a cluster, and store those that the workers may have stored elsewhere only."""
         sources = work.sources(self.function)
 
-        def orders(cases: Iterable[str]) -> dict[str, Order]:
+        def orders() -> dict[str, Order]:
             found = {
                 case: Order.of(case, self.function, self.cases[case], self.files.get(case), sources)
-                for case in cases
+                for case in self.pending
             }
+            self.pending.clear()
             for folder in {self.files[case].parent for case in found if case in self.files}:
                 folder.mkdir(parents=True, exist_ok=True)  # workers store where they find it
             return found
@@ -244,10 +238,10 @@ class _Study:
                     save(self.files[case], answer.values, answer.seconds, answer.used)
                 except TypeError:
                     answer = replace(answer, failure=traceback.format_exc())
-            return orders(self.take(case, answer))
+            self.take(case, answer)
+            return orders()
 
-        first, self.pending = orders(self.pending), deque()
-        cluster.compute(address, first, jobs, keep)
+        cluster.compute(address, orders(), jobs, keep)
 
     def compute(self, jobs: int | None) -> None:
         """Compute cases in processes on this machine."""
